@@ -27,7 +27,7 @@ from heli_identifier.files import write_atomically
 from heli_identifier.online import METHODS
 from heli_identifier.records import DEMO_RIGS
 from tests.blind.generator import BATTERY
-from tests.faults.case import tried
+from tests.faults.case import try_fault
 from tests.faults.page import FAULTS
 
 VOLATILE = ("seconds", "provenance", "file", "sha256", "path")
@@ -65,7 +65,7 @@ def described(unit: str, language: str) -> Any:
 def answered(name: str) -> Any:
     """Give exit code, sentence and what is left of a fault."""
     with TemporaryDirectory() as folder:
-        answer = tried(MESSAGES[name], Path(folder))
+        answer = try_fault(MESSAGES[name], Path(folder))
     return [answer.code, answer.sentence, list(answer.left)]
 
 

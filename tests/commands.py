@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from heli_identifier.cli.app import app
 
 HELI = "from heli_command import main; main()"
-"""What `heli` runs."""
+"""Code of the command `heli`."""
 
 
 def heli(*words, **options):
@@ -19,23 +19,23 @@ def heli(*words, **options):
     return CliRunner().invoke(app, [*map(str, words)], **options)
 
 
-def told(*words):
-    """Run a command, which has to end well, and read what it says as JSON."""
-    done = heli(*words, "--json")
-    assert done.exit_code == 0, done.output
-    return json.loads(done.stdout)
+def heli_json(*words):
+    """Run a command with --json, which has to succeed, and return its output."""
+    result = heli(*words, "--json")
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout)
 
 
-def ran(command, ends=0, timeout=1200, **options):
-    """Run a program, which has to end with the exit code ``ends``; its words may be paths and numbers."""
+def run_program(command, exit_code=0, timeout=1200, **options):
+    """Run a program, which has to end with the ``exit_code``; its words may be paths and numbers."""
     words = [*map(str, command)]
-    done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=timeout, **options)
-    assert done.returncode == ends, f"code {done.returncode}: {done.stdout[-2000:]}{done.stderr[-4000:]}"
-    return done
+    result = subprocess.run(words, capture_output=True, text=True, check=False, timeout=timeout, **options)
+    assert result.returncode == exit_code, f"code {result.returncode}: {result.stdout[-2000:]}{result.stderr[-4000:]}"
+    return result
 
 
-def bash(script, folder, environment, timeout, stderr=subprocess.PIPE):
-    """Run a script, whose jobs end with it; give its exit code and what it printed."""
+def run_bash(script, folder, environment, timeout, stderr=subprocess.PIPE):
+    """Run a script, whose jobs end with it; return its exit code and its output."""
     process = subprocess.Popen(
         ["bash", "-c", script], cwd=folder, env={**os.environ, **environment}, start_new_session=True,
         stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=stderr,
@@ -43,12 +43,12 @@ def bash(script, folder, environment, timeout, stderr=subprocess.PIPE):
     try:
         printed = process.communicate(timeout=timeout)
     finally:
-        # a script that hangs must not leave its jobs; without a hang the session is empty by now
+        # the jobs of a script that hangs must end; without a hang the session is empty now
         subprocess.run(["pkill", "-KILL", "-s", str(process.pid)], check=False)
         process.wait()
     return process.returncode, b"".join(filter(None, printed)).decode("utf-8", "replace")
 
 
-def python(code, *words, **options):
-    """Run code in a process."""
-    return ran([sys.executable, "-c", dedent(code), *words], **options)
+def run_python(code, *words, **options):
+    """Run Python code in a process of its own."""
+    return run_program([sys.executable, "-c", dedent(code), *words], **options)

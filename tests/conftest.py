@@ -1,4 +1,4 @@
-"""Fixtures that several test files share: built units, compiled once, and signals that commands hear."""
+"""Fixtures that several test files share: built units, compiled once, and signals that reach commands."""
 
 import os
 import signal
@@ -8,8 +8,8 @@ import pytest
 
 from heli_identifier.files import write_atomically
 
-# Matrices here are small and logs are simulated on all cores already: the linear algebra's own threads would only get
-# in each other's way, fivefold on two cores. The variables count when NumPy is loaded, which no line above does.
+# Matrices here are small, and logs are simulated on all cores already: threads of the linear algebra would only slow
+# each other down, fivefold on two cores. NumPy reads the variables when it is loaded, which no line above does.
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
@@ -17,7 +17,7 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 def pytest_configure(config):
     from hypothesis import HealthCheck, settings
 
-    # a loaded machine is no defect: examples have no deadline, and may be slow to make; `make test` tries half of them
+    # a busy machine must not fail a test: examples have no deadline, and may be made slowly; `make test` tries half
     count = 50 if config.option.markexpr == "not slow" else 100
     patient = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
     settings.register_profile("patient", max_examples=count, **patient)
@@ -26,7 +26,7 @@ def pytest_configure(config):
 
 @pytest.fixture
 def interruptible():
-    """Let commands hear SIGINT and SIGHUP: they inherit that these are ignored, in the background and under nohup."""
+    """Let commands receive SIGINT and SIGHUP, which they would ignore in the background and under nohup."""
     before = {signal.SIGINT: signal.signal(signal.SIGINT, signal.default_int_handler)}
     if hasattr(signal, "SIGHUP"):
         before[signal.SIGHUP] = signal.signal(signal.SIGHUP, signal.SIG_DFL)
@@ -45,7 +45,7 @@ def fmus(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def twins(tmp_path_factory):
-    """Native units by name, or by name and version of FMI, built when they are asked for."""
+    """Native units by name, or by name and version of FMI, built when they are first used."""
     from tests.units import Twins
 
     return Twins(tmp_path_factory.mktemp("native"))
@@ -65,17 +65,17 @@ def compiled_once(tmp_path_factory):
     """Compile a native library once for all workers: the tests build the same units over and over."""
     from fmu_src.native import toolchain
 
-    kept = tmp_path_factory.getbasetemp()
-    kept = (kept.parent if "PYTEST_XDIST_WORKER" in os.environ else kept) / "compiled"
-    kept.mkdir(exist_ok=True)
-    compile_now = toolchain.compile_library
+    folder = tmp_path_factory.getbasetemp()
+    folder = (folder.parent if "PYTEST_XDIST_WORKER" in os.environ else folder) / "compiled"
+    folder.mkdir(exist_ok=True)
+    compile_library = toolchain.compile_library
 
-    def compiled(sources, target, library):
-        path = kept / sha256(repr((sorted(sources.items()), target, library)).encode()).hexdigest()
+    def compile_once(sources, target, library):
+        path = folder / sha256(repr((sorted(sources.items()), target, library)).encode()).hexdigest()
         if not path.exists():
-            write_atomically(path, compile_now(sources, target, library))
+            write_atomically(path, compile_library(sources, target, library))
         return path.read_bytes()
 
-    toolchain.compile_library = compiled
+    toolchain.compile_library = compile_once
     yield
-    toolchain.compile_library = compile_now
+    toolchain.compile_library = compile_library

@@ -15,20 +15,20 @@ from heli_identifier.tracing import Verdict
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.simulation import simulate
-from tests.simulated import H, record
+from tests.simulated import H, simulate_record
 
 FRICTION = Estimate(0.025, 0.0006, "rad/s^2")
 BEFORE = TABLE_2._replace(a_wx=0.2)
 AFTER = TABLE_2._replace(dry_friction_pitch=FRICTION.value)
 
 
-def made_log(seconds=20.0, seed=0, parameters=AFTER, name="run"):
+def simulated_log(seconds=20.0, seed=0, parameters=AFTER, name="run"):
     """A log of a plant with dry friction: the paper's excitation, white noise of a quarter of a count."""
-    held, angles, _ = record(seconds, paper_excitation(1), parameters, encoders=False)
+    held, angles, _ = simulate_record(seconds, paper_excitation(1), parameters, encoders=False)
     return Log(name, 1.0 / H, held, angles + np.random.default_rng(seed).normal(0.0, 4e-4, angles.shape))
 
 
-def series_of(log, seed=1):
+def held_out_series(log, seed=1):
     """Its free runs, and innovations that are white after and correlated before."""
     random = np.random.default_rng(seed)
     after = random.normal(0.0, 1.0, (log.samples, 3))
@@ -74,7 +74,7 @@ def estimate(parameters, name, error=0.01):
     return Estimate(value, error * abs(value), BY_FIELD[name].unit)
 
 
-def stated(error=0.03, names=("a_wx", "a_th", "k_x", "a_wz", "a_e", "a_1", "k_z", "a_wy", "k_y"), plant=TABLE_2):
+def parameter_set(error=0.03, names=("a_wx", "a_th", "k_x", "a_wz", "a_e", "a_1", "k_z", "a_wy", "k_y"), plant=TABLE_2):
     """A plant's parameters as a file states them, some with a relative error."""
     return ParameterSet(PLANT, plant_values(plant, {name: estimate(plant, name, error) for name in names}))
 
@@ -83,7 +83,7 @@ def determinations(parameters):
     """What the gains rest on: two from outside, one not determined."""
     sure, rest = (tracing.Determination.OUTSIDE, 0.8), ((0.1, 1.0), "references alone give the same")
     found = {name: estimate(parameters, name) for name in ("k_x", "k_z", "k_y")}
-    reports = {name: tracing.ParameterReport(own, *sure, own, False, *rest) for name, own in found.items()}
+    reports = {name: tracing.ParameterReport(value, *sure, value, False, *rest) for name, value in found.items()}
     reports["k_y"] = tracing.ParameterReport(
         found["k_y"], tracing.Determination.NOT_DETERMINED, 0.0, None, False, (0.1, 1.0), "its interval is ± .1",
         "Lean the pitch by 10 degrees for 5 s either way.",
@@ -160,10 +160,10 @@ def catalogue():
     return tuple(verdicts)
 
 
-def example(logs=None):
+def example_diagnosis(logs=None):
     """The diagnosis of one or two held-out logs of twenty seconds."""
-    logs = logs or [made_log()]
-    series = tuple(series_of(log) for log in logs)
+    logs = logs or [simulated_log()]
+    series = tuple(held_out_series(log) for log in logs)
     names = tuple((entry.name, entry.axis) for entry in CATALOGUE)
     correlation, gain = np.eye(len(names)), results.ErrorFigure(70.0, 50.0, 90.0)
     correlation[3, 0] = correlation[0, 3] = 0.95
@@ -210,11 +210,11 @@ def example(logs=None):
     )  # fmt: skip
 
 
-def adequate():
+def adequate_diagnosis():
     """The same rig, found adequate."""
-    whole = example()
-    shown = tuple(replace(v, verdict=Verdict.NOT_SHOWN) if v.verdict == Verdict.SHOWN else v for v in whole.catalogue)
+    base = example_diagnosis()
+    shown = tuple(replace(v, verdict=Verdict.NOT_SHOWN) if v.verdict == Verdict.SHOWN else v for v in base.catalogue)
     return replace(
-        whole, verdict=results.RigVerdict.MODEL_ADEQUATE, effects=(), curves=(), catalogue=shown,
-        parameters_after=whole.parameters_before, effects_after={}, possible=(),
+        base, verdict=results.RigVerdict.MODEL_ADEQUATE, effects=(), curves=(), catalogue=shown,
+        parameters_after=base.parameters_before, effects_after={}, possible=(),
     )  # fmt: skip

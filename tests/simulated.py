@@ -1,8 +1,7 @@
 """Records of the plant for the tests of prediction, tracing and evaluation: exact, or with process noise and encoders.
 
-The loop below is the interpreted step with an acceleration d of its own, held over each sampling period h: angles
-move by d h^2/2 and rates by d h, exact for an axis that is free over the period and off by its damping and stiffness,
-of the order h, where it is not."""
+The loop below is the interpreted step with a further acceleration d, held over each sampling period h: angles move by
+d h^2/2 and rates by d h. This is exact for a free axis; damping and stiffness make an error of the order h."""
 
 from math import pi
 from random import Random
@@ -30,74 +29,79 @@ PROCESS_NOISE = 0.003
 """Standard deviation of the process noise on each axis [rad/s^2]; it is correlated over 1 s."""
 
 COUNT = 2.0 * pi / 4096
-"""Of an encoder [rad]."""
+"""One count of an encoder [rad]."""
 
 
 def drive(seconds, seed=0):
-    """Multisines on both inputs, (N, 2) [V]."""
+    """Return multisines on both inputs, (N, 2) [V]."""
     return blind_multisines(seconds, np.random.default_rng(seed))
 
 
-def rest(parameters, voltages):
-    """State near rest under a record's first voltages; its elevation is what the encoder reads."""
+def start_at_rest(parameters, voltages):
+    """Return the state near rest under a record's first voltages; its elevation is that of the encoder."""
     v_front, v_rear = (float(v) for v in voltages[0])
     return rest_state(parameters, v_front + v_rear)._replace(nu_front=v_front, nu_rear=v_rear)
 
 
 def process_noise(count, seed, deviation=PROCESS_NOISE, correlation_time=1.0):
-    """Random accelerations (N, 3) [rad/s^2] of a first-order process."""
+    """Return random accelerations (N, 3) [rad/s^2] of a first-order process."""
     pole = float(np.exp(-H / correlation_time))
     white = np.random.default_rng(seed).standard_normal((count + 1000, 3))
     return deviation * np.sqrt(1.0 - pole**2) * lfilter([1.0], [1.0, -pole], white, axis=0)[1000:]
 
 
-def pushed(parameters, voltages, torque, law=None, controller=None, changed=None):
+def simulate_pushed(parameters, voltages, torque, law=None, controller=None, changed=None):
     """Simulate with accelerations ``torque`` (N, 3) and a further ``law`` of sample and state [rad/s^2].
 
     ``controller`` gives the voltages [V] by sample and angles, ``changed`` the parameters at a sample, and the share of
     thrust that the front rotor keeps. Returns the voltages (N, 2), and the angles (N, 3).
     """
-    state, held = rigid_start(rest(parameters, voltages), parameters), []
+    state, held = rigid_start(start_at_rest(parameters, voltages), parameters), []
     time = [k * H for k in range(len(voltages))]
     used, angles = np.array(voltages, dtype=float), np.empty((len(voltages), 3))
     for k in range(len(voltages)):
         angles[k] = measured_angles(state)
         if controller is not None:
             used[k] = controller(k, tuple(angles[k]))
-        now, share = (parameters, 1.0) if changed is None else changed(k)
+        p, share = (parameters, 1.0) if changed is None else changed(k)
         held.append((share * float(used[k, 0]), float(used[k, 1])))
         d = torque[k] if law is None else torque[k] + law(k, state)
-        moved = advance(state, time, held, k, 0.0, H, now)
-        turned = {axis: getattr(moved, axis) + 0.5 * H * H * a for axis, a in zip(AXES, d, strict=True)}
+        moved = advance(state, time, held, k, 0.0, H, p)
+        positions = {axis: getattr(moved, axis) + 0.5 * H * H * a for axis, a in zip(AXES, d, strict=True)}
         rates = {f"{axis}_rate": getattr(moved, f"{axis}_rate") + H * a for axis, a in zip(AXES, d, strict=True)}
-        state = moved._replace(**turned, **rates)
+        state = moved._replace(**positions, **rates)
     return used, angles
 
 
-def noisy(parameters, voltages, seed, law=None, deviation=PROCESS_NOISE, name="noisy"):
-    """Record with process noise, read by the rig's encoders."""
+def noisy_log(parameters, voltages, seed, law=None, deviation=PROCESS_NOISE, name="noisy"):
+    """Return a log in open loop with process noise, as the rig's encoders read it."""
     torque = process_noise(len(voltages), seed, deviation)
-    return Log(name, 1.0 / H, voltages, read(pushed(parameters, voltages, torque, law)[1]))
+    return Log(name, 1.0 / H, voltages, read_encoders(simulate_pushed(parameters, voltages, torque, law)[1]))
 
 
-def changing(seconds, after=TABLE_2, change=np.inf, seed=0, before=TABLE_2, front=1.0, lift=1.0):
-    """Rows (two voltages [V], three angles [rad]) of a rig that changes in flight, in open loop under multisines.
+def changing_rig(seconds, after=TABLE_2, change=np.inf, seed=0, before=TABLE_2, front=1.0, lift=1.0):
+    """Return rows (two voltages [V], three angles [rad]) of a rig in open loop that changes in flight.
 
-    At ``change`` [s] it gets the parameters ``after`` and its front rotor keeps the share ``front`` of its thrust;
-    ``lift``: by how much the sum of the voltages moves more than usual. The air has .012 rad/s^2.
+    At ``change`` [s] it gets the parameters ``after``, and its front rotor keeps the share ``front`` of its thrust;
+    ``lift``: factor on the motion of the sum of the voltages. The air has .012 rad/s^2.
     """
     rng, t = np.random.default_rng(seed), np.arange(round(seconds / H)) * H
     lines = np.array([0.07, 0.11, 0.19, 0.31, 0.5, 0.8])[:, None]
     waves = [np.sin(2 * np.pi * lines * t + rng.uniform(0, 2 * np.pi, (6, 1))).sum(0) for _ in range(2)]
-    total, apart = 4.5 + lift * 0.35 * waves[0], 0.31 + 0.15 * waves[1]
-    voltages, torque = np.column_stack([total + apart, total - apart]) / 2, process_noise(len(t), seed, 0.012)
-    _, angles = pushed(before, voltages, torque, changed=lambda k: (after, front) if k * H >= change else (before, 1.0))
+    total, difference = 4.5 + lift * 0.35 * waves[0], 0.31 + 0.15 * waves[1]
+    voltages = np.column_stack([total + difference, total - difference]) / 2
+    torque = process_noise(len(t), seed, 0.012)
+
+    def changed(k):
+        return (after, front) if k * H >= change else (before, 1.0)
+
+    _, angles = simulate_pushed(before, voltages, torque, changed=changed)
     counts = angles / COUNT + 0.25 * rng.standard_normal(angles.shape)
     return np.hstack([voltages, COUNT * np.round(counts)]).tolist()
 
 
-def closed_loop(parameters, seconds, seed, name="closed loop", torque=process_noise):
-    """Record under the PID, whose references for pitch and elevation step about, one period of delay in the loop."""
+def closed_loop_log(parameters, seconds, seed, name="closed loop", torque=process_noise):
+    """Return a log under the PID, with steps of the references of pitch and elevation and one period of delay."""
     count = round(seconds / H)
     random = np.random.default_rng(seed)
     references = np.repeat(random.uniform((-0.25, 0.0), (0.25, 0.3), (count // 250 + 1, 2)), 250, axis=0)
@@ -105,28 +109,28 @@ def closed_loop(parameters, seconds, seed, name="closed loop", torque=process_no
     waiting = [(0.5, 0.5)]
 
     def controller(k, angles):
-        counts = tuple(float(a) for a in read(np.array([angles]))[0])
+        counts = tuple(float(a) for a in read_encoders(np.array([angles]))[0])
         pid[0], voltages = pid_step(pid[0], *counts, (*references[k], 0.0), H, settings)
         waiting.append(voltages)
         return waiting.pop(0)
 
-    voltages, angles = pushed(parameters, np.full((count, 2), 0.5), torque(count, seed), None, controller)
-    return Log(name, 1.0 / H, voltages, read(angles))
+    voltages, angles = simulate_pushed(parameters, np.full((count, 2), 0.5), torque(count, seed), None, controller)
+    return Log(name, 1.0 / H, voltages, read_encoders(angles))
 
 
 def random_tables():
-    """Tables of torque over three different variables, which motions reach, and reach beyond, by field."""
-    out = {}
+    """Return tables of torque over three variables, by field; motions leave the range of the tables."""
+    tables = {}
     for axis, number in zip(AXES, (7, 2, 3), strict=True):
         draw = Random(number)
-        out |= {f"table_torque_{k}_{axis}": draw.uniform(-0.3, 0.3) for k in range(1, KNOTS + 1)}
-        out |= {f"table_variable_{axis}": float(number), f"table_first_{axis}": draw.uniform(-1.5, -0.5)}
-        out |= {f"table_spacing_{axis}": draw.uniform(0.05, 0.2)}
-    return out
+        tables |= {f"table_torque_{k}_{axis}": draw.uniform(-0.3, 0.3) for k in range(1, KNOTS + 1)}
+        tables |= {f"table_variable_{axis}": float(number), f"table_first_{axis}": draw.uniform(-1.5, -0.5)}
+        tables |= {f"table_spacing_{axis}": draw.uniform(0.05, 0.2)}
+    return tables
 
 
 def multisines(seed, period, base=1.0):
-    """Multisines over the resonances of pitch (.13 Hz) and elevation (.26 Hz)."""
+    """Return multisines over the resonances of pitch (.13 Hz) and elevation (.26 Hz)."""
     return Excitation(
         base=base,
         difference=Multisine(0.4, 0.03, 0.6, 12, period, seed),
@@ -134,21 +138,21 @@ def multisines(seed, period, base=1.0):
     )
 
 
-def record(seconds, excitation, parameters=TABLE_2, encoders=True):
-    """Voltages (N, 2) [V], angles (N, 3) [rad] and states (N, 12) of the plant, from its equilibrium on."""
+def simulate_record(seconds, excitation, parameters=TABLE_2, encoders=True):
+    """Return voltages (N, 2) [V], angles (N, 3) [rad] and states (N, 12) of the plant, from its equilibrium on."""
     held = np.array([voltages(k * H, excitation) for k in range(round(seconds / H))])
     states, angles = simulate(held, H, rest_state(parameters, held[0].sum()), parameters)
-    return held, read(angles) if encoders else angles, states
+    return held, read_encoders(angles) if encoders else angles, states
 
 
-def read(angles):
-    """``angles`` (N, 3) as encoders give them [rad], by the formula of ``heli_plant.communication.quantise``."""
+def read_encoders(angles):
+    """Return ``angles`` (N, 3) as encoders read them [rad], by the formula of ``heli_plant.communication.quantise``."""
     width = 2.0 * pi / np.array(EncoderCounts())
     return np.floor(angles / width + 0.5) * width
 
 
-def identified(voltages, angles, settings):
-    """State and output of the identifier after a record, whose first row is sample 0."""
+def run_identifier(voltages, angles, settings):
+    """Return state and output of the identifier after a record, whose first row is sample 0."""
     plan, (first, *rows) = prepare(settings), np.hstack([voltages, angles]).tolist()
     state = start(plan, first)
     output = output_of(state, plan)

@@ -13,7 +13,7 @@ from tests.blind.generator import make_rig
 from tests.blind.plant import STEP, fly
 from tests.blind.signals import SAMPLE, square_and_chirp
 from tests.blind.windy import windy_rig
-from tests.commands import python
+from tests.commands import run_python
 
 HERE = Path(__file__).parent
 DEMO = HERE.parent / "heli_identifier" / "demo_logs"
@@ -22,7 +22,7 @@ DEMO = HERE.parent / "heli_identifier" / "demo_logs"
 def test_generator_imports_nothing_of_the_code_that_it_tests():
     modules = ", ".join(f"tests.blind.{path.stem}" for path in (HERE / "blind").glob("[a-z]*.py"))
     program = f"import sys, {modules}; print(sorted({{name.partition('.')[0] for name in sys.modules}}))"
-    printed = python(program, cwd=HERE.parent).stdout
+    printed = run_python(program, cwd=HERE.parent).stdout
     assert "numba" in printed
     assert not any(package in printed for package in ("heli_plant", "heli_identifier", "fmu_src"))
 

@@ -21,7 +21,7 @@ from heli_identifier.records import Log
 from heli_identifier.tools.campaign import complete_row, judge_row, parquet_bytes, read_row, summarise_rows
 from heli_identifier.tools.rigs import source_digest
 from heli_identifier.tracing import DiagnosisSettings
-from tests.commands import python
+from tests.commands import run_python
 
 SETTINGS = DiagnosisSettings()
 
@@ -88,7 +88,7 @@ def test_generator_is_called_with_one_seed_after_another_and_a_result_by_its_set
     (tmp_path / f"{module}.py").write_text(MODULE.replace("9", "8"))
     assert len({source.content() for source in sources + tools.generate_rigs(f"{module}:make", 3)}) == 6
     # a result has the name of its settings in every process
-    other = python("import dask.base, heli_identifier as hi; print(dask.base.tokenize(hi.DiagnosisSettings()))")
+    other = run_python("import dask.base, heli_identifier as hi; print(dask.base.tokenize(hi.DiagnosisSettings()))")
     assert dask.base.tokenize(SETTINGS) == dask.base.tokenize(replace(SETTINGS)) == other.stdout.strip()
     assert dask.base.tokenize(replace(SETTINGS, voltage_limit=6.0)) != dask.base.tokenize(SETTINGS)
 

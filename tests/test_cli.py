@@ -17,7 +17,7 @@ from heli_identifier.cli.app import app
 from heli_identifier.cli.arguments import Group, spread_options, values_by_unit
 from heli_identifier.cli.terminal import print_table
 from heli_identifier.results import Table
-from tests.commands import heli, python, ran
+from tests.commands import heli, run_program, run_python
 
 COMMANDS = sorted(get_command(app).commands)
 
@@ -42,7 +42,7 @@ def test_every_command_has_examples_whose_options_exist(command):
 def test_the_shell_completes_commands_scenarios_and_units(typed, offered):
     words = {"_HELI_COMPLETE": "complete_bash", "COMP_WORDS": typed, "COMP_CWORD": str(len(typed.split()) - 1)}
     script = Path(sys.executable).parent / "heli"
-    assert ran([script], env={**os.environ, **words}).stdout.split() == [offered]
+    assert run_program([script], env={**os.environ, **words}).stdout.split() == [offered]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="pipes of Windows always wait")
@@ -151,7 +151,7 @@ main()
 
 @pytest.mark.parametrize("case", ["dropped", "changed", "stuck"])
 def test_a_command_that_is_asked_to_end_does_and_leaves_nothing_whatever_a_library_makes_of_it(tmp_path, case):
-    done = python(ENDED, case, ends=128 + signal.SIGTERM, timeout=300, cwd=tmp_path)
+    done = run_python(ENDED, case, exit_code=128 + signal.SIGTERM, timeout=300, cwd=tmp_path)
     assert (done.stdout, done.stderr) == ("", "")
     assert list(tmp_path.iterdir()) == []
 

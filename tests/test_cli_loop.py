@@ -20,8 +20,8 @@ from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_NAME
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
-from tests.commands import HELI, heli, python, told
-from tests.diagnosis_example import AFTER, BEFORE, example, made_log
+from tests.commands import HELI, heli, heli_json, run_python
+from tests.diagnosis_example import AFTER, BEFORE, example_diagnosis, simulated_log
 
 RESULTS = {"diagnosis.json", "report.html", "parameters.json", "HelicopterPlant.fmu"}
 NATIVE = ["--native"] if find_compiler(LINUX) else []
@@ -33,7 +33,7 @@ def diagnosed(tmp_path_factory):
     (training, *_), held_out = demo_files("rig-a")
     folder = tmp_path_factory.mktemp("rig-a") / "result"
     words = ["diagnose", training, "--validate", *held_out, "--output", folder, "--json", *NATIVE]
-    return folder, python(HELI, *words).stdout
+    return folder, run_python(HELI, *words).stdout
 
 
 def test_a_diagnosis_leaves_its_four_files_and_prints_its_document_and_finds_the_friction_of_rig_a(diagnosed):
@@ -76,7 +76,7 @@ def test_a_check_passes_on_a_log_of_the_same_rig_and_fails_on_one_of_another(dia
 
 @pytest.mark.parametrize("step", [0.004, 0.03])
 def test_a_log_is_played_whole_in_steps_of_any_length(tmp_path, step):
-    log = made_log(6.0)
+    log = simulated_log(6.0)
     words = ("--log", write_log(log, tmp_path / "log.csv"), "--output", tmp_path / "run.csv")
     assert heli("simulate", "plant_beside_log", *words, "--step", step).exit_code == 0
     end = np.genfromtxt(tmp_path / "run.csv", delimiter=",", skip_header=1)[-1, 0]
@@ -87,23 +87,23 @@ def test_a_log_is_played_whole_in_steps_of_any_length(tmp_path, step):
 
 def test_the_unit_repeats_the_free_run_at_any_rate_of_the_log_and_is_delivered_only_if_it_does(tmp_path):
     values = {name: estimate.value for name, estimate in plant_values(AFTER, {}).items()}
-    corrected_unit, flown = build("HelicopterPlant", tmp_path / "unit", values), made_log(8.0)
+    corrected_unit, flown = build("HelicopterPlant", tmp_path / "unit", values), simulated_log(8.0)
     for rate in (50.0, 333.0):
         held = np.repeat(flown.voltages, 10, axis=0)[:: int(1000 / rate)]
         log = replace(flown, rate_hz=rate, voltages=held, angles=np.zeros((len(held), 3)) + 0.01)
-        series = replace(example().series[0], log=log)
+        series = replace(example_diagnosis().series[0], log=log)
         _, angles = simulate(log.voltages, log.step, PlantState(**series.start), AFTER)
         # 400 to 2700 steps of the same arithmetic, compiled and interpreted
         assert np.abs(unit_run(corrected_unit, series) - angles).max() < 1e-12
-    check_free_run(corrected_unit, example())
+    check_free_run(corrected_unit, example_diagnosis())
     other = build("HelicopterPlant", tmp_path, {"pitch.damping": BEFORE.a_wx})
     with pytest.raises(IdentifierError, match="free run of the pitch"):
-        check_free_run(other, example())
+        check_free_run(other, example_diagnosis())
 
 
 def test_without_a_held_out_log_the_last_one_is_held_out_and_of_a_single_one_the_last_third(tmp_path):
     """No sample is in both."""
-    logs = [write_log(made_log(length), tmp_path / f"run{length:g}.csv") for length in (30.0, 20.0)]
+    logs = [write_log(simulated_log(length), tmp_path / f"run{length:g}.csv") for length in (30.0, 20.0)]
     training, held, said = split_logs(*read_data_set(logs))
     assert ([log.name for log in training], [log.name for log in held]) == (["run30"], ["run20"])
     assert said.startswith("held out: ")
@@ -120,7 +120,7 @@ def test_without_a_held_out_log_the_last_one_is_held_out_and_of_a_single_one_the
 
 def test_identify_finds_the_parameters_of_a_rig_that_the_model_describes(tmp_path):
     (first, second, _), _ = demo_files("rig-c")
-    values = told("identify", first, second, "--to", 45, "--output", tmp_path / "out")["values"]
+    values = heli_json("identify", first, second, "--to", 45, "--output", tmp_path / "out")["values"]
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"parameters.json", "history.csv", "history.svg"}
     # rig-c holds nothing beyond the model; its pitch gain is within 20 % of Table 2, its error near one per cent
     assert values["pitch.gain"]["value"] == pytest.approx(0.293, rel=0.2)
@@ -131,19 +131,19 @@ def test_identify_finds_the_parameters_of_a_rig_that_the_model_describes(tmp_pat
 
 
 def test_build_makes_every_unit_and_lists_them_and_effects_lists_those_of_the_plant(tmp_path):
-    files = told("build", "--output", tmp_path)
+    files = heli_json("build", "--output", tmp_path)
     assert {Path(file).stem for file in files} == set(UNITS)
     assert sorted(files) == sorted(str(path) for path in tmp_path.iterdir())
-    listed = told("effects")
+    listed = heli_json("effects")
     assert [(entry["name"], entry["axis"]) for entry in listed] == [(e.name, e.axis) for e in CATALOGUE]
     assert all(entry["parameter"] in BY_NAME for entry in listed)
 
 
 def test_parameters_of_a_file_reach_the_plant_of_a_scenario_and_set_outranks_them(tmp_path):
     file = tmp_path / "parameters.json"
-    replace(example(), effects=example().effects[:1]).write(tmp_path)
+    replace(example_diagnosis(), effects=example_diagnosis().effects[:1]).write(tmp_path)
     last = {}
     for name, words in {"file": (), "set": ("--set", "plant.effects.dry_friction.pitch=0")}.items():
-        rows = told("simulate", "open_loop", "--duration", 2, "--parameters", file, *words)
+        rows = heli_json("simulate", "open_loop", "--duration", 2, "--parameters", file, *words)
         last[name] = {row["name"]: row["last"] for row in rows}["plant.pitch"]
     assert last["file"] != last["set"]

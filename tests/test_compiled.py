@@ -15,11 +15,11 @@ from heli_plant.laws import next_step_time
 from heli_plant.parameters import TABLE_2
 from heli_plant.plant import rates_of_change, step
 from heli_plant.state import PlantState
-from tests.commands import python
+from tests.commands import run_python
 
 
 def run(script, cache):
-    return python(script, timeout=300, env={**os.environ, "HELI_CACHE_DIR": str(cache)}).stdout.split()
+    return run_python(script, timeout=300, env={**os.environ, "HELI_CACHE_DIR": str(cache)}).stdout.split()
 
 
 def outer_of_a_test(folder, body, constant):

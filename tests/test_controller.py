@@ -21,9 +21,9 @@ from heli_plant.control import AxisGains, PidSettings
 from heli_plant.geometry import RATIO_ERROR, Geometry
 from heli_plant.parameters import TABLE_2
 from heli_plant.state_feedback import FeedbackSettings, Rotors, feedback_step, start_feedback
-from tests.commands import told
-from tests.diagnosis_example import stated
-from tests.units import LIBRARY, c_compiler, compiled
+from tests.commands import heli_json
+from tests.diagnosis_example import parameter_set
+from tests.units import LIBRARY, c_compiler, compile_c
 
 H, AIM = 0.01, ControllerConfiguration()
 COURSE = Geometry(0.72, 1.92, 0.46, 0.66, 0.175, 7.0)
@@ -93,18 +93,19 @@ def test_the_disk_margin_is_that_of_the_structured_singular_value_and_within_it_
 
 
 def test_the_robust_design_keeps_more_where_the_plant_is_known_badly():
-    made = design_controller(stated(error=0.15), "lqi", "pitch", 0.1, aim=replace(AIM, disk_margin=1.3), draws=60)
+    aim = replace(AIM, disk_margin=1.3)
+    made = design_controller(parameter_set(error=0.15), "lqi", "pitch", 0.1, aim=aim, draws=60)
     assert made.robust.figures["disk"].promised > made.baseline.figures["disk"].promised
     assert made.robust.stable >= 0.95
     # where spring and lift are known to a half, a few of 100 plants are unstable, which their response does not show
-    aim, known = replace(AIM, disk_margin=0.74), stated(0.5, ("a_e", "k_z"))
+    aim, known = replace(AIM, disk_margin=0.74), parameter_set(0.5, ("a_e", "k_z"))
     disks = design_controller(known, "lqr", "pitch", 0.1, aim=aim, draws=100).robust.disks
     assert disks.min() == 0.0 and np.quantile(disks, 0.05) >= aim.disk_margin
 
 
 def test_a_robust_design_that_the_identified_plant_cannot_stand_is_passed_over():
     """Its arm bends by .3 mrad/V, that of the one drawn plant by a third of it: dearer voltages shake the first."""
-    known = stated(10.0, ("k_y", "arm_bending_elevation"), TABLE_2._replace(arm_bending_elevation=3e-4))
+    known = parameter_set(10.0, ("k_y", "arm_bending_elevation"), TABLE_2._replace(arm_bending_elevation=3e-4))
     aim = replace(AIM, weights=replace(AIM.weights, voltage=0.003))
     made = design_controller(known, "lqi", "pitch", 0.1, aim=aim, draws=1)
     assert made.baseline.is_stable and made.robust.is_stable
@@ -129,7 +130,7 @@ def test_the_parameters_of_the_unit_are_the_controller():
 def test_the_corrected_script_has_the_identified_gains():
     """With K_f, J_p and J_lambda of the corrected script the course's own equations give k_x, k_z and k_y."""
     model = linear_model(TABLE_2, 0.0, 0.1, H)
-    own = {n: e.value for n, e in corrected_values(stated(), model, COURSE).items()}
+    own = {n: e.value for n, e in corrected_values(parameter_set(), model, COURSE).items()}
     assert own["K_f"] * COURSE.l_p / own["J_p"] == pytest.approx(TABLE_2.k_x, rel=1e-12)
     assert own["K_f"] * COURSE.l_h / own["J_e"] == pytest.approx(TABLE_2.k_z, rel=1e-12)
     assert -own["K_f"] * COURSE.l_h / own["J_lambda"] == pytest.approx(TABLE_2.k_y, rel=1e-12)
@@ -149,7 +150,7 @@ def test_a_script_is_read_and_not_run(tmp_path):
     script.write_text("\nm_c = weigh();\n")
     with pytest.raises(ConfigurationError, match=r"line 2: m_c = weigh\(\) is no number"):
         course_values(script)
-    text = corrected_init(stated(), linear_model(TABLE_2), values, Geometry(), "init_heli.m")
+    text = corrected_init(parameter_set(), linear_model(TABLE_2), values, Geometry(), "init_heli.m")
     assert text.isascii()
 
 
@@ -170,7 +171,7 @@ def test_the_controller_in_c_gives_the_same_bits(tmp_path):
     settings, point = designed(TABLE_2._replace(input_delay_rotors=0.02), "travel")
     for name, text in controller_sources(settings).items():
         (tmp_path / name).write_text(text)
-    built = compiled(c_compiler(), [tmp_path / "controller.c"], tmp_path / "controller.so", *LIBRARY)
+    built = compile_c(c_compiler(), [tmp_path / "controller.c"], tmp_path / "controller.so", *LIBRARY)
     library, three, two = ctypes.CDLL(str(built)), ctypes.c_double * 3, ctypes.c_double * 2
     memory, volts = ctypes.create_string_buffer(8 * 28), two()
     start = [ctypes.c_double(x) for x in (0.0, 0.05, 0.2)]
@@ -212,8 +213,8 @@ def test_a_flight_flown_again_by_its_own_plant_errs_by_its_start_alone():
 
 
 def test_the_command_writes_what_the_next_commands_read(tmp_path):
-    file = stated().write(tmp_path / "parameters.json")
-    made = told("design-controller", file, "--axis", "pitch", "--plants", 20, "-o", tmp_path / "c")
+    file = parameter_set().write(tmp_path / "parameters.json")
+    made = heli_json("design-controller", file, "--axis", "pitch", "--plants", 20, "-o", tmp_path / "c")
     assert made["robust"]["stable_share"] == 1.0
     kept = {p.name for p in (tmp_path / "c").iterdir()}
     assert kept == {
@@ -225,7 +226,7 @@ def test_the_command_writes_what_the_next_commands_read(tmp_path):
 def test_gains_in_the_configuration_fly_a_log_again(tmp_path, monkeypatch):
     """The flight is one of the units' own PID; gains a fifth smaller ask for other voltages."""
     monkeypatch.chdir(tmp_path)
-    stated().write(tmp_path / "parameters.json")
+    parameter_set().write(tmp_path / "parameters.json")
     settings, point = PidSettings(), operating_point(TABLE_2, 0.0, 0.0)
     wanted = np.zeros((4000, 3))
     wanted[500:2500, 1] = 0.1
@@ -238,5 +239,5 @@ def test_gains_in_the_configuration_fly_a_log_again(tmp_path, monkeypatch):
         gains = {axis: [factor * gain for gain in getattr(settings, axis)] for axis in ("pitch", "elevation")}
         rows = [f"{axis} = {own}" for axis, own in gains.items()]
         Path("heli.toml").write_text("\n".join(["[controller.pid]", *rows, f"trim = {settings.trim}", ""]))
-        differ.append(told("check", "flight.csv", "--limit", 1000)["voltages_V"]["flight"])
+        differ.append(heli_json("check", "flight.csv", "--limit", 1000)["voltages_V"]["flight"])
     assert differ[0] < 1e-9 < 0.05 < differ[1]

@@ -16,7 +16,7 @@ from heli_identifier.tools.flight import flight_outlooks, list_additions
 from heli_plant.control import PidSettings
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
-from tests.commands import told
+from tests.commands import heli_json
 
 PLANT = PlantParameters()
 
@@ -81,7 +81,7 @@ def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
 
 def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_path):
     file = tmp_path / "best.csv"
-    ranked = told("design", "--show", "dry_friction:pitch", "--duration", 20, "--output", file)
+    ranked = heli_json("design", "--show", "dry_friction:pitch", "--duration", 20, "--output", file)
     errors = [one["effects"][0]["standard_error_separated"] for one in ranked]
     assert errors == sorted(errors)
     table = np.loadtxt(file, delimiter=",", skiprows=1)

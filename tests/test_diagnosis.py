@@ -12,9 +12,9 @@ from heli_identifier.records import demo_files, demo_logs
 from heli_identifier.results import RigVerdict, Use, diagnose
 from heli_identifier.tracing import Determination, Verdict
 from heli_plant.parameters import TABLE_2
-from tests.commands import HELI, python
+from tests.commands import HELI, run_python
 from tests.faults.case import ROOT
-from tests.simulated import drive, noisy
+from tests.simulated import drive, noisy_log
 
 pytestmark = pytest.mark.slow
 
@@ -96,12 +96,12 @@ def test_errors_on_held_out_logs_are_near_the_noise_floor_and_those_of_a_rig_wit
 def test_held_out_logs_of_another_rig_are_less_likely_and_that_is_said_and_a_log_too_short_is_refused():
     """Held-out logs decide nothing: what the training logs hold is shown, and a note says that it does not hold."""
     moved = TABLE_2._replace(moving_mass_elevation=0.05, moving_mass_time=33.0)
-    records = [noisy(moved, drive(60.0, seed), seed, name=f"train{seed}") for seed in (1, 2)]
-    result = diagnose(records, held_out=noisy(TABLE_2, drive(60.0, 7), 7, name="held"))
+    records = [noisy_log(moved, drive(60.0, seed), seed, name=f"train{seed}") for seed in (1, 2)]
+    result = diagnose(records, held_out=noisy_log(TABLE_2, drive(60.0, 7), 7, name="held"))
     assert [(found.name, found.axis) for found in result.effects] == [("moving_mass", "elevation")]
     assert result.held_out.gain.high < 0.0
     assert any("less likely under the corrected plant" in note for note in result.notes)
-    short = noisy(TABLE_2, drive(7.0, 3), 3, name="short")
+    short = noisy_log(TABLE_2, drive(7.0, 3), 3, name="short")
     with pytest.raises(LogError, match=r"log short lasts 7 s; a diagnosis needs 8 s a log"):
         diagnose([records[0], short], held_out=records[1])
 
@@ -112,7 +112,7 @@ def diagnosis_of_a_process(folder, seed, threads):
     words = ["diagnose", first, second, "--validate", held, "--to", "40", "--output", "out"]
     limits = {f"{library}_NUM_THREADS": str(threads) for library in ("OPENBLAS", "OMP", "MKL", "NUMBA")}
     told = {**os.environ, **limits, "PYTHONHASHSEED": str(seed), "PYTHONPATH": str(ROOT)}
-    python(HELI, *words, cwd=folder, env=told)
+    run_python(HELI, *words, cwd=folder, env=told)
     document = json.loads((folder / "out" / "diagnosis.json").read_text())
     del document["seconds"], document["provenance"]["date"]
     del document["provenance"]["command"]  # of a process that is started with -c it holds no more than that

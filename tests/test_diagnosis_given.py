@@ -19,7 +19,7 @@ from heli_identifier.tracing import DiagnosisSettings, sign_notes
 from heli_identifier.tracing.fit import covariance, fit
 from heli_plant.parameters import TABLE_2
 from tests.commands import heli
-from tests.diagnosis_example import example
+from tests.diagnosis_example import example_diagnosis
 
 TRAINING, HELD_OUT = demo_files("rig-a")
 WRONG = TABLE_2.theta0 + 0.05
@@ -132,7 +132,7 @@ def test_identify_warns_of_a_wrong_sign_beside_its_table_and_beside_json(tmp_pat
 
 
 def test_on_the_terminal_notes_are_warnings_and_a_curve_of_the_plant_is_said_but_no_periodic_torque(capsys):
-    print_diagnosis(replace(example(), notes=("WRONG SIGN: k_z",)))
+    print_diagnosis(replace(example_diagnosis(), notes=("WRONG SIGN: k_z",)))
     printed = capsys.readouterr()
     assert printed.err.splitlines() == ["warning: WRONG SIGN: k_z"]
     (said,) = [line for line in printed.out.splitlines() if "table." in line]

@@ -23,7 +23,7 @@ from PIL import Image
 
 from benchmarks.figures import DRAWN, first_words, report_of_rig_a
 from heli_identifier.results.svg import COLOURS
-from tests.commands import bash, python, ran
+from tests.commands import run_bash, run_program, run_python
 from tests.test_report_browser import CHROMIUM, Chromium
 
 ROOT = Path(__file__).parent.parent
@@ -104,7 +104,7 @@ def session(markdown, folder):
         if text := typed(block):
             script += [f"printf '{_MARK}{block.line}\\n'", text]
     environment = {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
-    code, printed = bash("\n".join(script), folder, environment, PATIENCE, stderr=subprocess.STDOUT)
+    code, printed = run_bash("\n".join(script), folder, environment, PATIENCE, stderr=subprocess.STDOUT)
     parts = (part.partition("\n") for part in printed.split(_MARK)[1:])
     outputs = {int(line): text for line, _, text in parts}
     last = max(outputs, default=0)
@@ -185,7 +185,7 @@ def test_the_readme_shows_what_the_demonstration_prints(tmp_path):
     """`make demo` would set up an environment of its own, in which it runs `heli demo`."""
     (shown,) = (block.text for block in blocks(PAGES["README.md"]) if block.text.startswith("$ make demo\n"))
     heli = Path(sys.executable).parent / "heli"
-    printed = ran([heli, "demo"], cwd=tmp_path).stdout
+    printed = run_program([heli, "demo"], cwd=tmp_path).stdout
     assert unlike(shown.partition("$ make test")[0].partition("\n")[2], printed) == []
 
 
@@ -214,7 +214,7 @@ def code_cells(name):
 def test_the_code_of_a_notebook_runs_and_prints_what_it_shows(name, tmp_path):
     script = "\n".join("".join(cell["source"]) for cell in code_cells(name))
     environment = {**os.environ, "MPLBACKEND": "agg"}
-    done = python(script, cwd=tmp_path, env=environment, timeout=300)
+    done = run_python(script, cwd=tmp_path, env=environment, timeout=300)
     outputs = [output for cell in code_cells(name) for output in cell["outputs"] if output["output_type"] == "stream"]
     assert unlike("".join("".join(output["text"]) for output in outputs), done.stdout) == []
 
@@ -267,7 +267,7 @@ def test_the_picture_of_the_report_says_what_the_report_says_today():
 @pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed")
 def test_the_search_works_in_a_page_that_is_opened_as_a_file(tmp_path):
     mkdocs = Path(sys.executable).with_name("mkdocs")
-    ran([mkdocs, "build", "--quiet", "--site-dir", tmp_path / "site"], cwd=ROOT)
+    run_program([mkdocs, "build", "--quiet", "--site-dir", tmp_path / "site"], cwd=ROOT)
     with Chromium(tmp_path / "profile") as browser:
         browser.open(tmp_path / "site" / "index.html", 1280)
         browser.value("document.querySelector('input.md-search__input').focus()")

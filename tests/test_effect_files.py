@@ -24,7 +24,7 @@ from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.plant import accelerations
 from tests.blind import plant as blind_plant
 from tests.blind.coefficients import ON_AXES, Coefficients, Strange
-from tests.commands import python
+from tests.commands import run_python
 
 FAST = 30.0
 """Rates [rad/s] at which the smoothed sign of dry friction equals the sign to the last bit, also after rescaling."""
@@ -232,6 +232,6 @@ def test_new_effect_is_compiled_traced_reported_documented_and_in_the_unit(tmp_p
     file.write_text(file.read_text() + LAW)
     there = {"cwd": tmp_path, "timeout": 300}
     there["env"] = {**os.environ, "PYTHONPATH": str(tmp_path), "HELI_CACHE_DIR": str(tmp_path / "cache")}
-    assert python(SCRIPT, **there).stdout.splitlines() == ["compiled", "traced", "reported", "in the unit"]
+    assert run_python(SCRIPT, **there).stdout.splitlines() == ["compiled", "traced", "reported", "in the unit"]
     documented = "from docs.hooks.effects import on_page_markdown as page; print(page('<!-- effects -->'))"
-    assert "| `table_tilt` | travel |" in python(documented, **there).stdout
+    assert "| `table_tilt` | travel |" in run_python(documented, **there).stdout

@@ -15,7 +15,7 @@ from heli_identifier import files, processes
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
 from heli_identifier.results.documents import whole_folder
-from tests.commands import python
+from tests.commands import run_python
 
 
 def names(folder):
@@ -83,7 +83,7 @@ def test_a_draft_of_last_week_goes_and_one_of_this_hour_stays_whatever_the_clock
     for name, age in (("old", 8 * 86400.0), ("young", 3600.0)):
         (tmp_path / f"{files.PREFIX}{name}").mkdir()
         os.utime(tmp_path / f"{files.PREFIX}{name}", (time.time() - age,) * 2)
-    python(code, tmp_path)
+    run_python(code, tmp_path)
     assert names(tmp_path) == [f"{files.PREFIX}young"]
 
 

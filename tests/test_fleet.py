@@ -17,7 +17,7 @@ from heli_identifier.tools.meta_analysis import pool_estimates
 from heli_identifier.tracing import Verdict
 from heli_plant.effects import CATALOGUE
 from tests.commands import heli
-from tests.diagnosis_example import adequate, found_effects
+from tests.diagnosis_example import adequate_diagnosis, found_effects
 
 VACCINE = np.array([
     [4, 119, 11, 128], [6, 300, 29, 274], [3, 228, 11, 209], [62, 13536, 248, 12619], [33, 5036, 47, 5761],
@@ -76,7 +76,7 @@ def test_intervals_hold_mean_spread_and_a_further_rig(rigs, spread):
 
 def rig(estimates, named=(), alternatives=(), untestable=()):
     """A diagnosis whose catalogue holds the given values with errors of .01, and zero with 1 for all other entries."""
-    whole = adequate()
+    whole = adequate_diagnosis()
     catalogue = []
     for entry in whole.catalogue:
         key = (entry.name, entry.axis)
@@ -159,7 +159,7 @@ def test_beside_a_named_effect_that_explains_the_same_an_entry_says_nothing():
     fleet, _ = over(*[rig({FRICTION: 0.2}, [FRICTION], alternatives=[CABLE])] * 2)
     assert f"{TITLE} or cable stiffness on the travel repeats" in fleet_sentence(fleet)
     # a lag that was given has no mean, and the same rig twice differs in nothing
-    assert {parameter.name for parameter in fleet.parameters} == set(adequate().parameters_after) - {"T_m"}
+    assert {parameter.name for parameter in fleet.parameters} == set(adequate_diagnosis().parameters_after) - {"T_m"}
     assert all(parameter.pooled.I2 == 0.0 for parameter in fleet.parameters)
 
 

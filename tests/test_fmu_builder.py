@@ -17,12 +17,12 @@ from fmu_src.description import base_exponents
 from fmu_src.ssp import parameter_set, write_ssp
 from fmu_src.variables import parameter
 from fmu_src.vendoring import needed_sources
-from tests.units import entries
+from tests.units import read_archive
 
 
 def findings(path):
     """Give one sentence for each broken rule of FMI 2.0.4 that ``fmpy validate`` leaves out; numbers are sections."""
-    files = entries(path)
+    files = read_archive(path)
     root = ElementTree.fromstring(files["modelDescription.xml"])
     variables = root.findall("ModelVariables/ScalarVariable")
     flags = root.find("CoSimulation").attrib
@@ -82,7 +82,7 @@ def test_a_unit_breaks_no_rule_is_built_to_the_same_bytes_and_imports_only_itsel
 ):
     assert validate_fmu(str(fmus[unit])) == findings(fmus[unit]) == []
     assert build(unit, tmp_path).read_bytes() == fmus[unit].read_bytes()
-    files = entries(fmus[unit])
+    files = read_archive(fmus[unit])
     page = files["documentation/index.html"].decode()
     assert "runs on the interpreter of its host" in page
     assert all(variable.name in page for variable in unit_class(unit).variables)
@@ -108,7 +108,7 @@ def test_parameters_become_start_values_of_their_type_and_change_hash_and_guid_a
     assert [start[name] for name in given] == ["0.025", "true", "2048"]
     fast = build("StateFeedback", tmp_path, {"sample.time": 0.002})  # takes no longer step
     assert float(read_model_description(fast).defaultExperiment.stepSize) == 0.002
-    one, other = entries(fmus["HelicopterPlant"]), entries(corrected)
+    one, other = read_archive(fmus["HelicopterPlant"]), read_archive(corrected)
     assert one["resources/slavemodule.txt"] != other["resources/slavemodule.txt"]
     assert len({files["modelDescription.xml"].partition(b"guid=")[2][:40] for files in (one, other)}) == 2
 

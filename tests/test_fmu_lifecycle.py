@@ -25,8 +25,8 @@ from fmu_src.ssp import write_ssp
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import rest_state
-from tests.commands import ran
-from tests.units import HOSTS, c_compiler, compiled, described, entries, host, written_orders
+from tests.commands import run_program
+from tests.units import HOSTS, c_compiler, compile_c, describe_unit, read_archive, run_host, write_orders
 
 
 def free_port():
@@ -59,31 +59,31 @@ def test_what_a_unit_refuses_among_random_calls_has_no_effect_and_its_native_twi
 ):
     """Calls of FMI, allowed and not: no crash, and a second instance gets the accepted calls alone."""
     told = {"parameters": parameters(unit, log), "runs": 25, "calls": 80, "seed": 16}
-    order = written_orders(tmp_path, told)
-    found = host("random_calls.py", fmus[unit], order)
+    order = write_orders(tmp_path, told)
+    found = run_host("random_calls.py", fmus[unit], order)
     assert found["wrong"] == []
     assert found["refused"] > 125
     assert found["accepted"] > 200
     if unit in NATIVE_UNITS:
-        assert host("random_calls.py", twins[unit], order)["digest"] == found["digest"]
+        assert run_host("random_calls.py", twins[unit], order)["digest"] == found["digest"]
 
 
 @pytest.fixture(scope="module")
 def c_host(tmp_path_factory):
     target = tmp_path_factory.mktemp("host") / "c_host"
-    return compiled(c_compiler(), [HOSTS / "c_host.c"], target, "-O1", "-Wall", "-Wextra", "-Werror")
+    return compile_c(c_compiler(), [HOSTS / "c_host.c"], target, "-O1", "-Wall", "-Wextra", "-Werror")
 
 
 def embedded(c_host, library, home, fmu, log, folder):
     """What a unit shows after each of 1000 steps in a C program that has an interpreter's library preloaded."""
     extract(fmu, folder)
     binary, resources = folder / f"binaries/linux64/{fmu.stem}.so", (folder / "resources").as_uri()
-    guid, text, references = described(fmu)
+    guid, text, references = describe_unit(fmu)
     rig = fmu.stem == "RigLink"  # what a rig sent cannot be sent again
     port = next((v.valueReference for v in read_model_description(fmu).modelVariables if v.name == "link.port"), -1)
     environment = {"PATH": os.environ["PATH"], "LD_PRELOAD": str(library), "PYTHONHOME": str(home)}
     words = [c_host, binary, resources, guid, 1000, int(not rig), text, log, port, *references]
-    return [float(line) for line in ran(words, env=environment, cwd=folder).stdout.split()]
+    return [float(line) for line in run_program(words, env=environment, cwd=folder).stdout.split()]
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +125,7 @@ def test_a_c_host_sees_what_a_python_host_sees_and_survives_a_nan(fmus, shown_he
         shown += unit.slave.getReal(outputs)
     answer(shown)
     """
-    assert host(program, fmus[unit], log, *described(fmus[unit])[2]) == shown_here[unit]
+    assert run_host(program, fmus[unit], log, *describe_unit(fmus[unit])[2]) == shown_here[unit]
 
 
 STEPS, STEP = 10_000, 0.01
@@ -175,14 +175,14 @@ def orders(units, ours, tmp_path_factory):
         "record": str(folder / "record.npy"),
     }
     ssp = write_ssp(CLOSED_LOOP, folder / "closed_loop.ssp", PARAMETERS, files)
-    return {"json": written_orders(folder, order), "ssp": ssp}
+    return {"json": write_orders(folder, order), "ssp": ssp}
 
 
 def imported(host, order, steps, names, out):
     """Rows 1 .. steps of ``names`` as the importer shows them, shape (steps, len(names))."""
     libraries = os.pathsep.join([str(Path(sys.prefix) / "lib"), os.environ.get("LD_LIBRARY_PATH", "")])
     command = [sys.executable, HOSTS / "importer.py", host, order, steps, STEP, out, *names]
-    ran(command, env={**os.environ, "LD_LIBRARY_PATH": libraries})
+    run_program(command, env={**os.environ, "LD_LIBRARY_PATH": libraries})
     return np.load(out)
 
 
@@ -221,5 +221,5 @@ def test_fmpy_compiles_a_unit_from_its_sources(tmp_path, fmi):
     if shutil.which("cmake") is None:
         pytest.skip("this machine has no cmake, which fmpy compiles with")
     path = build("HelicopterPlant", tmp_path, fmi=fmi, native=True)
-    ran([sys.executable, "-m", "fmpy", "compile", path])
-    assert any(name.endswith("HelicopterPlant.so") for name in entries(path))
+    run_program([sys.executable, "-m", "fmpy", "compile", path])
+    assert any(name.endswith("HelicopterPlant.so") for name in read_archive(path))

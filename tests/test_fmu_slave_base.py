@@ -12,7 +12,7 @@ import pytest
 from fmu_src import Refusal, access, slave_base
 from fmu_src.slave_base import SlaveBase
 from fmu_src.variables import output, parameter, real_input
-from tests.units import initialised
+from tests.units import initialise
 
 
 class Integrator(SlaveBase):
@@ -48,7 +48,7 @@ U, X, INITIAL, GAIN, ORDER, ENABLED, NOTE = range(7)
 
 @pytest.fixture
 def unit():
-    return initialised(Integrator)
+    return initialise(Integrator)
 
 
 def said(unit):
@@ -112,7 +112,7 @@ def test_a_failed_initialisation_gives_its_reason_again_with_every_step_and_ever
 def test_a_saved_state_takes_unit_and_another_instance_back_to_the_bit_and_shares_nothing(unit):
     unit.set_real([U, GAIN], [1.0 / 3.0, math.pi])
     unit.do_step(0.0, 0.1)
-    saved, other = unit._get_fmu_state(), initialised(Integrator, {"order": 3})  # what follows from it is made again
+    saved, other = unit._get_fmu_state(), initialise(Integrator, {"order": 3})  # what follows from it is made again
     frozen = json.dumps(saved)
     unit.do_step(0.1, 0.1)
     first = unit.get_real([X, U, INITIAL, GAIN]), (unit.x, unit.seen)

@@ -15,13 +15,13 @@ from fmu_src.units.log_player import LogPlayer, read_recording
 from heli_identifier.online import IdentifierSettings, ModelParameters
 from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages
 from heli_plant.parameters import TABLE_2
-from tests.simulated import closed_loop, identified
-from tests.units import got, initialised, put
+from tests.simulated import closed_loop_log, run_identifier
+from tests.units import get_values, initialise, set_value
 
 
 def started(kind, **parameters):
     """A unit after a good initialisation; parameters by their name with __ for the dot."""
-    unit = initialised(kind, {name.replace("__", "."): value for name, value in parameters.items()})
+    unit = initialise(kind, {name.replace("__", "."): value for name, value in parameters.items()})
     assert unit.log_queue == []
     return unit
 
@@ -31,26 +31,26 @@ def started(kind, **parameters):
 def test_the_exciter_plays_the_papers_experiments_and_the_librarys_multisines(experiment, number, channel):
     unit = started(Exciter, excitation__experiment=experiment, excitation__channel=number, excitation__base=0.7)
     expected = paper_excitation(experiment, channel, 0.7)
-    assert tuple(got(unit, "v_front", "v_rear")) == voltages(0.0, expected)
+    assert tuple(get_values(unit, "v_front", "v_rear")) == voltages(0.0, expected)
     for time in (0.0, 3.3, 17.25, 39.99):
         unit.do_step(time, 0.01)
-        assert tuple(got(unit, "v_front", "v_rear")) == voltages(time + 0.01, expected)
+        assert tuple(get_values(unit, "v_front", "v_rear")) == voltages(time + 0.01, expected)
     unit = started(Exciter, excitation__experiment=3, multisine__seed=5, multisine__rms_sum=0.3, excitation__base=1.2)
     unit.do_step(1.0, 0.5)
     multisines = Excitation(1.2, Multisine(seed=5), Multisine(rms=0.3, seed=6))  # two seeds
-    assert tuple(got(unit, "v_front", "v_rear")) == voltages(1.5, multisines)
+    assert tuple(get_values(unit, "v_front", "v_rear")) == voltages(1.5, multisines)
 
 
 def test_the_controller_starts_at_its_trim_adds_the_excitation_within_its_limit_and_follows_a_reference():
     unit = started(PidController, trim=3.0)
-    assert got(unit, "v_front", "v_rear") == [1.5, 1.5]
+    assert get_values(unit, "v_front", "v_rear") == [1.5, 1.5]
     unit.do_step(0.0, 0.01)
-    assert got(unit, "v_front", "v_rear") == [1.5, 1.5]  # no error, no rate
+    assert get_values(unit, "v_front", "v_rear") == [1.5, 1.5]  # no error, no rate
     for name, value in {"reference.pitch": 0.1, "excitation_front": 9.0, "excitation_rear": 0.4}.items():
-        put(unit, name, value)
+        set_value(unit, name, value)
     unit.do_step(0.01, 0.01)
     # trim, excitation and the law's proportional part alone: the integral has not moved yet; the front is at the limit
-    assert got(unit, "v_front", "v_rear") == [5.0, pytest.approx(1.9 - 0.5 * 8.35 * 0.1, rel=1e-12)]
+    assert get_values(unit, "v_front", "v_rear") == [5.0, pytest.approx(1.9 - 0.5 * 8.35 * 0.1, rel=1e-12)]
 
 
 def motion(t):
@@ -62,7 +62,7 @@ def motion(t):
 def fed(unit, times, step_size):
     for time in times:
         for name, value in zip(("v_front", "v_rear", "pitch", "elevation", "travel"), motion(time), strict=True):
-            put(unit, name, float(value))
+            set_value(unit, name, float(value))
         assert unit.do_step(time, step_size), unit.log_queue[-1].msg
 
 
@@ -72,15 +72,15 @@ def test_the_identifier_takes_its_own_samples_and_bridges_a_longer_communication
     usual, fine = (started(AdaptiveIdentifier, adaptation__hold_time=1.0) for _ in range(2))
     fed(usual, [k * 0.01 for k in range(1000)], 0.01)
     fed(fine, [k * 0.005 for k in range(1999)], 0.005)
-    assert got(usual, *names) == got(fine, *names)
+    assert get_values(usual, *names) == get_values(fine, *names)
     # at H = .02 s and h = .01 s every second angle is the mean of its neighbours, the voltage the earlier one
     unit = started(AdaptiveIdentifier, adaptation__hold_time=1.0)
     fed(unit, [k * 0.02 for k in range(500)], 0.02)
     rows = np.repeat([motion(k * 0.02) for k in range(500)], 2, axis=0)[:-1]
     rows[1::2, 2:] += 0.5 * (rows[2::2, 2:] - rows[1::2, 2:])
-    _, estimate = identified(rows[:, :2], rows[:, 2:], IdentifierSettings(hold_time=1.0))
+    _, estimate = run_identifier(rows[:, :2], rows[:, 2:], IdentifierSettings(hold_time=1.0))
     # the share of a point k H between two others is .5 to rounding, which the regression hardly notices
-    assert got(unit, *ModelParameters._fields) == pytest.approx(estimate.parameters, rel=1e-6, abs=1e-9)
+    assert get_values(unit, *ModelParameters._fields) == pytest.approx(estimate.parameters, rel=1e-6, abs=1e-9)
 
 
 def test_a_voltage_delay_with_uneven_communication_steps_shifts_the_motion_by_just_that():
@@ -90,10 +90,10 @@ def test_a_voltage_delay_with_uneven_communication_steps_shifts_the_motion_by_ju
         unit = started(HelicopterPlant, effects__input_delay__rotors=delay, solver__step=0.001)
         time = 0.0
         for size in steps:
-            put(unit, "v_front", 0.0 if time < 0.0995 else 2.0)
+            set_value(unit, "v_front", 0.0 if time < 0.0995 else 2.0)
             unit.do_step(time, size)
             time += size
-        return got(unit, "pitch")[0] - got(unit, "initial.pitch")[0], time
+        return get_values(unit, "pitch")[0] - get_values(unit, "initial.pitch")[0], time
 
     uneven = [0.02, 0.03, 0.05] + [0.013, 0.007, 0.01, 0.02] * 8
     late, end = driven(0.05, uneven)
@@ -103,7 +103,7 @@ def test_a_voltage_delay_with_uneven_communication_steps_shifts_the_motion_by_ju
 
 
 def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_the_papers():
-    flight = closed_loop(TABLE_2, 45.0, 1)
+    flight = closed_loop_log(TABLE_2, 45.0, 1)
     said = {}
     for method in ("adaptation", "prediction_error"):
         unit = started(AdaptiveIdentifier, method=method)
@@ -111,17 +111,17 @@ def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_th
             names = ("v_front", "v_rear", "pitch", "elevation", "travel")
             unit.set_real([unit.references[name] for name in names], [*voltages_k.tolist(), *angles_k.tolist()])
             assert unit.do_step(0.01 * k, 0.01)
-        assert got(unit, "closed_loop") == [1.0]
+        assert get_values(unit, "closed_loop") == [1.0]
         said[method] = [message for message in unit.log_queue if "controller closes the loop" in message.msg]
     assert len(said["adaptation"]) == 1
     assert said["prediction_error"] == []
 
 
 def test_a_method_that_is_not_known_is_refused_with_the_reason_and_no_step_is_taken_nor_one_of_days():
-    unit, said = initialised(AdaptiveIdentifier, {"method": "kalman"}), "'kalman' must be one of adaptation, prediction"
+    unit, said = initialise(AdaptiveIdentifier, {"method": "kalman"}), "'kalman' must be one of adaptation, prediction"
     assert said in unit.log_queue[-1].msg
     assert not unit.do_step(0.0, 0.01) and said in unit.log_queue[-1].msg
-    unit = initialised(AdaptiveIdentifier)  # which takes its samples with the step after
+    unit = initialise(AdaptiveIdentifier)  # which takes its samples with the step after
     assert not (unit.do_step(0.0, 1e6) and unit.do_step(1e6, 0.01))
     assert "at most 100000 are taken" in unit.log_queue[-1].msg
 
@@ -137,7 +137,7 @@ def write(tmp_path, *lines):
 
 
 def playing(path, start=0.0):
-    return initialised(LogPlayer, {"log.path": path, "log.start": start})
+    return initialise(LogPlayer, {"log.path": path, "log.start": start})
 
 
 def test_every_row_shows_at_its_own_time_counted_from_the_first_one_and_the_last_holds(tmp_path):

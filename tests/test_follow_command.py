@@ -18,9 +18,9 @@ from heli_identifier.records import ControllerConfiguration, demo_files, read_lo
 from heli_identifier.results.parameters import PLANT, ParameterSet, corrected_parameters, plant_values
 from heli_plant.control import PidSettings
 from heli_plant.parameters import TABLE_2
-from tests.commands import HELI, python
-from tests.diagnosis_example import AFTER, example, made_log, stated
-from tests.test_live import LONGEST, H, datagram
+from tests.commands import HELI, run_python
+from tests.diagnosis_example import AFTER, example_diagnosis, parameter_set, simulated_log
+from tests.test_live import LONGEST, H, make_datagram
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def flight(tmp_path_factory):
     """A folder with a log of 12 s, too short for a diagnosis, and the parameters of a twin of this rig."""
     folder = tmp_path_factory.mktemp("flight")
     write_log(read_log(demo_files("rig-c")[1][0], end=12.0), folder / "log.csv")
-    stated(0.003, ["k_x"]).write(folder / "parameters.json")
+    parameter_set(0.003, ["k_x"]).write(folder / "parameters.json")
     return folder
 
 
@@ -53,9 +53,9 @@ def test_the_longest_stretch_after_the_last_change_is_diagnosed_and_a_controller
     assert late[:2] == pytest.approx((0.0, 69.99)) and "may have changed" in late[2]
     assert choose_part(times[:1], []) == (0.0, 0.0, "")
     gains = ParameterSet("PidController", {"pitch.integral": Estimate(1.25, None, "V/(rad s)")})
-    own = ControllerConfiguration(period=0.02, pid=PidSettings(voltage_limit=4.0))
-    found = Adviser(tmp_path, gains.write(tmp_path / "controller.json"), own).aim
-    assert found == replace(own, pid=own.pid._replace(pitch=own.pid.pitch._replace(integral=1.25)))
+    aim = ControllerConfiguration(period=0.02, pid=PidSettings(voltage_limit=4.0))
+    found = Adviser(tmp_path, gains.write(tmp_path / "controller.json"), aim).aim
+    assert found == replace(aim, pid=aim.pid._replace(pitch=aim.pid.pitch._replace(integral=1.25)))
 
 
 FLOWN = {"events.json", "recorded.csv", "predictions.csv"}
@@ -63,13 +63,13 @@ CONCLUDED = {*FLOWN, "following.json", "parameters.json", f"{PLANT}.fmu"}
 UNPLUGGED = f"""
 from heli_identifier.live import Port
 opened = Port._open
-Port._open = lambda port, host, number: opened(port, "192.0.2.1" if port._heard else host, number)
+Port._open = lambda port, host, number: opened(port, "192.0.2.1" if port._heard_at else host, number)
 {HELI}"""
 """The address on which a rig was heard is gone, as that of a network adapter, when the port is to be opened again."""
 
 
 @pytest.fixture
-def started(interruptible, tmp_path):
+def start_follow(interruptible, tmp_path):
     """Start ``heli follow --listen`` on a free port; returns the process and the port. No process is left."""
     with ExitStack() as processes:
 
@@ -86,7 +86,7 @@ def started(interruptible, tmp_path):
         yield start
 
 
-def waited_for(path, rows):
+def wait_for_rows(path, rows):
     """Wait until a file has this many rows below its header."""
     began = monotonic()
     while not path.exists() or path.read_bytes().count(b"\n") < rows + 1:
@@ -94,21 +94,21 @@ def waited_for(path, rows):
         sleep(0.02)
 
 
-def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight, tmp_path, started):
+def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight, tmp_path, start_follow):
     parameters = flight / "parameters.json"
-    process, port = started("-p", parameters, "-o", "out")
-    sent = python(HELI, "stream", flight / "log.csv", "--to", f"127.0.0.1:{port}", "--speed", 12)
+    process, port = start_follow("-p", parameters, "-o", "out")
+    sent = run_python(HELI, "stream", flight / "log.csv", "--to", f"127.0.0.1:{port}", "--speed", 12)
     assert "1201 samples" in sent.stdout
-    waited_for(tmp_path / "out/recorded.csv", 1201)
+    wait_for_rows(tmp_path / "out/recorded.csv", 1201)
     process.send_signal(signal.SIGINT)
-    out, said = process.communicate(timeout=LONGEST)
-    assert process.returncode == 130, said
+    out, errors = process.communicate(timeout=LONGEST)
+    assert process.returncode == 130, errors
     folder = tmp_path / "out"
     assert {path.name for path in folder.iterdir()} == CONCLUDED
     log, recorded = read_log(flight / "log.csv"), read_log(folder / "recorded.csv")
     assert (recorded.voltages == log.voltages).all() and (recorded.angles == log.angles).all()
     assert recorded.time == pytest.approx(log.time, abs=1e-9)
-    assert "too short for a diagnosis" in said and "1201 samples" in out
+    assert "too short for a diagnosis" in errors and "1201 samples" in out
 
 
 @pytest.mark.parametrize("end, code, names, words", [
@@ -116,17 +116,17 @@ def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight,
     pytest.param("terminate", 143, FLOWN, "", marks=pytest.mark.slow),
     ("poll", 2, CONCLUDED, "the flight ended because 192.0.2.1:"),  # ends by itself
 ])  # fmt: skip
-def test_what_came_in_before_the_flight_was_ended_is_on_disk(flight, tmp_path, started, end, code, names, words):
+def test_what_came_in_before_the_flight_was_ended_is_on_disk(flight, tmp_path, start_follow, end, code, names, words):
     """Fewer samples than the rate is found from; each is recorded as soon as it is in order."""
-    process, port = started("-p", flight / "parameters.json", "-o", "out", code=UNPLUGGED if words else HELI)
+    process, port = start_follow("-p", flight / "parameters.json", "-o", "out", code=UNPLUGGED if words else HELI)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
         for k in range(40):
-            rig.sendto(datagram(k), ("127.0.0.1", port))
+            rig.sendto(make_datagram(k), ("127.0.0.1", port))
             sleep(0.001)
-    waited_for(tmp_path / "out/recorded.csv", 40)
+    wait_for_rows(tmp_path / "out/recorded.csv", 40)
     getattr(process, end)()
-    _, said = process.communicate(timeout=LONGEST)
-    assert code in (None, process.returncode) and words in said and "Traceback" not in said
+    _, errors = process.communicate(timeout=LONGEST)
+    assert code in (None, process.returncode) and words in errors and "Traceback" not in errors
     rows = np.loadtxt(tmp_path / "out/recorded.csv", delimiter=",", skiprows=1)
     assert (1000 * rows[:, 3]).round().tolist() == list(range(40))
     assert {path.name for path in (tmp_path / "out").iterdir()} == names
@@ -134,11 +134,11 @@ def test_what_came_in_before_the_flight_was_ended_is_on_disk(flight, tmp_path, s
 
 
 def test_a_diagnosis_that_predicts_worse_or_does_not_determine_a_gain_does_not_replace_the_twin():
-    diagnosis, good = example(), ParameterSet(PLANT, plant_values(AFTER, {}))
+    diagnosis, good = example_diagnosis(), ParameterSet(PLANT, plant_values(AFTER, {}))
     expected = corrected_parameters(diagnosis).expected
     worse = ParameterSet(PLANT, plant_values(AFTER._replace(a_wx=AFTER.a_wx + 1.0), {}), expected)
-    said = [*_drawbacks(diagnosis, worse, good, [made_log()])]
-    assert said[0].startswith("it does not determine k_y (")
-    assert any("1 s ahead on the pitch is" in text for text in said)
+    drawbacks = [*_drawbacks(diagnosis, worse, good, [simulated_log()])]
+    assert drawbacks[0].startswith("it does not determine k_y (")
+    assert any("1 s ahead on the pitch is" in text for text in drawbacks)
     same = replace(worse, values=good.values)
-    assert [*_drawbacks(replace(diagnosis, parameters={}), same, good, [made_log()])] == []
+    assert [*_drawbacks(replace(diagnosis, parameters={}), same, good, [simulated_log()])] == []

@@ -20,7 +20,7 @@ from heli_identifier.following.observer import Encoder
 from heli_identifier.following.prediction import compare_errors
 from heli_plant.observer import CORRECTED, observer_gains
 from heli_plant.parameters import TABLE_2
-from tests.simulated import COUNT, H, changing
+from tests.simulated import COUNT, H, changing_rig
 
 PLAN = following.FollowPlan(following.FollowSettings())
 CHANGES = {
@@ -34,22 +34,22 @@ CHANGES = {
 @lru_cache(maxsize=8)
 def changed_rows(name, seconds=70.0):
     """Rows of a flight in which the rig changes after 30 s."""
-    return changing(seconds, CHANGES[name][0], 30.0, seed=5)
+    return changing_rig(seconds, CHANGES[name][0], 30.0, seed=5)
 
 
 @lru_cache(maxsize=2)
 def quiet_rows(seed):
-    return changing(50.0, seed=seed)
+    return changing_rig(50.0, seed=seed)
 
 
-def followed(rows, fresh=lambda k: 1.0, **settings):
+def follow(rows, fresh=lambda k: 1.0, **settings):
     """Return the corrector's last state, its events, its states from sample 0 on, and the plan."""
     plan = following.FollowPlan(following.FollowSettings(**settings))
     states, events = [following.start_correcting(plan, Sample(*rows[0]))], []
     for k, row in enumerate(rows[1:], 1):
-        state, said = following.correct(states[-1], Sample(*row, float(fresh(k))), plan)
+        state, new_events = following.correct(states[-1], Sample(*row, float(fresh(k))), plan)
         states.append(state)
-        events.extend(said)
+        events.extend(new_events)
     return states[-1], events, states, plan
 
 
@@ -87,17 +87,17 @@ def test_the_mean_time_between_false_alarms_is_the_stated_one(information):
     The simulation's own error is some 4 % of the mean. Siegmund's approximation is one for small steps; it errs to the
     safe side, the more the larger they are.
     """
-    rng, asked, longest = np.random.default_rng(2), 1000.0, 20000
-    limit = siegmund_threshold(math.log(2.0 * asked), information)
+    rng, mean_time, longest = np.random.default_rng(2), 1000.0, 20000
+    limit = siegmund_threshold(math.log(2.0 * mean_time), information)
     up, down, times = np.zeros(600), np.zeros(600), np.full(600, longest)
     for k in range(longest):
         response = math.sqrt(information) * rng.standard_normal(600)
         up = np.maximum(0.0, up + response - 0.5 * information)
         down = np.maximum(0.0, down - response - 0.5 * information)
         times = np.where((times == longest) & (np.maximum(up, down) > limit), k + 1, times)
-    assert times.mean() > 0.9 * asked
+    assert times.mean() > 0.9 * mean_time
     if information <= 3.0:
-        assert times.mean() < 1.3 * asked
+        assert times.mean() < 1.3 * mean_time
     assert 10.0 - 3.4 < siegmund_threshold(10.0, information) < 10.0 - 1.6
 
 
@@ -122,7 +122,7 @@ def test_a_block_as_the_tests_see_it_has_the_likelihood_of_a_twin_whose_values_e
     r, b = psi.T @ psi, rng.standard_normal(4)
     a = rng.standard_normal((4, 4))
     p, m, d = a @ a.T, rng.standard_normal(4), rng.standard_normal(4)
-    found = np.array(Coefficients(tuple(m), rows_of(p)).discount(rows_of(np.column_stack((r, b)))))
+    found = np.array(Coefficients(tuple(m), rows_of(p)).marginalise(rows_of(np.column_stack((r, b)))))
     w, u = found[:, :4], found[:, 4]
     inverse = np.linalg.inv(r + r @ p @ r)
     rest, moved = b - r @ m, b - r @ (m + 0.3 * d)
@@ -135,22 +135,22 @@ def test_the_baseline_is_bayes_estimate_and_wanders_within_its_prior():
     rng = np.random.default_rng(6)
     theta, deviation = np.array([0.5, -1.0, 0.2]), (1.0, 2.0, 0.5)
     prior, kept = np.diag(np.square(deviation)), math.exp(-1.0 / 1800.0)
-    own = Coefficients((0.0,) * 3, rows_of(prior))
+    theta_estimate = Coefficients((0.0,) * 3, rows_of(prior))
     m, p = np.zeros(3), prior
     for _ in range(3):
         psi = rng.standard_normal((20, 3))
         r, b = psi.T @ psi, psi.T @ (psi @ theta + rng.standard_normal(20))
-        own = own.learn(own.discount(rows_of(np.column_stack((r, b)))), deviation)
+        theta_estimate = theta_estimate.learn(theta_estimate.marginalise(rows_of(np.column_stack((r, b)))), deviation)
         after = np.linalg.inv(np.linalg.inv(p) + r)
         m = kept * after @ (np.linalg.solve(p, m) + b)
         p = kept**2 * after + (1.0 - kept**2) * prior
-    assert np.allclose(own.mean, m, rtol=1e-9)
-    assert np.allclose(own.covariance, p, rtol=1e-8, atol=1e-12)
+    assert np.allclose(theta_estimate.mean, m, rtol=1e-9)
+    assert np.allclose(theta_estimate.covariance, p, rtol=1e-8, atol=1e-12)
 
 
 def test_a_rig_that_does_not_change_gives_no_alarm_although_a_stiffness_errs():
     """1.5 % of it are .027 rad/s^2 in a swing of .7 rad, beyond half of the smallest change that matters."""
-    state, events, _, _ = followed(changing(60.0, before=TABLE_2._replace(a_e=1.015 * TABLE_2.a_e), lift=5.0))
+    state, events, _, _ = follow(changing_rig(60.0, before=TABLE_2._replace(a_e=1.015 * TABLE_2.a_e), lift=5.0))
     assert events == [] and state.mode == "following"
 
 
@@ -159,7 +159,7 @@ def test_a_rig_that_does_not_change_gives_no_alarm_although_a_stiffness_errs():
 )
 def test_a_change_is_noticed_named_measured_and_adopted(name):
     after, field = CHANGES[name]
-    state, events, states, plan = followed(changed_rows(name))
+    state, events, states, plan = follow(changed_rows(name))
     assert events[0].what == "alarm" and 30.0 < events[0].time < 50.0
     assert all((event.what, event.why) in REASONS.values() and 29.0 < event.since < 40.0 for event in events[:2])
     adopted = [event for event in events if event.what == "adopted"]
@@ -177,7 +177,7 @@ def test_a_change_is_noticed_named_measured_and_adopted(name):
 
 
 def test_a_rotor_that_lost_thrust_is_told_from_a_gain():
-    state, events, _, plan = followed(changing(60.0, change=30.0, seed=5, front=0.8))
+    state, events, _, plan = follow(changing_rig(60.0, change=30.0, seed=5, front=0.8))
     assert [event.name for event in events if event.what == "adopted"][:1] == ["rotor.front"]
     front, rear = state.twin.values[-2:]
     assert front == pytest.approx(0.8, abs=0.03) and rear == 1.0  # three standard errors
@@ -189,39 +189,39 @@ def test_a_rotor_that_lost_thrust_is_told_from_a_gain():
 @lru_cache(maxsize=1)
 def adopted_flight():
     """States of a flight in which the elevation's gain changes and is adopted, up to behind the watch."""
-    return followed(changed_rows("elevation.gain"))[2]
+    return follow(changed_rows("elevation.gain"))[2]
 
 
-def first_of(mode, after=0):
+def first_state(mode, after=0):
     """Number of the first state of a mode in that flight, from state ``after`` on."""
     return next(k for k, state in enumerate(adopted_flight()[after:], after) if state.mode == mode)
 
 
-def continued(state, first):
+def continue_flight(state, first):
     """Return the state in which the flight goes on from sample ``first`` until something is said, and what is said."""
     for row in changed_rows("elevation.gain")[first:]:
-        state, said = following.correct(state, Sample(*row), PLAN)
-        if said:
+        state, new_events = following.correct(state, Sample(*row), PLAN)
+        if new_events:
             break
-    return state, said
+    return state, new_events
 
 
 def test_a_change_that_went_on_trial_under_a_wrong_name_is_held_and_the_right_one_tried():
-    k, damping = first_of("on trial"), [change.name for change in PLAN.changes].index("elevation.damping")
+    k, damping = first_state("on trial"), [change.name for change in PLAN.changes].index("elevation.damping")
     state = adopted_flight()[k]
-    state, said = continued(state._replace(finding=state.finding._replace(change=damping, size=0.2)), k + 1)
-    assert [(one.what, one.name) for one in said] == [("held", "elevation.damping"), ("alarm", "elevation.gain")]
-    assert said[0].why == REASONS["outdone"][1]
+    state, new_events = continue_flight(state._replace(finding=state.finding._replace(change=damping, size=0.2)), k + 1)
+    assert [(one.what, one.name) for one in new_events] == [("held", "elevation.damping"), ("alarm", "elevation.gain")]
+    assert new_events[0].why == REASONS["outdone"][1]
     assert (state.mode, PLAN.changes[state.finding.change].name) == ("on trial", "elevation.gain")
 
 
 def test_values_that_predict_worse_than_those_before_are_taken_back():
     """As if the values before had been adopted in place of those after."""
-    k = first_of("adopted")
+    k = first_state("adopted")
     state = adopted_flight()[k]
     (before,) = state.rival
-    after, said = continued(state._replace(twin=before, rival=(state.twin,)), k + 1)
-    assert [(one.what, one.why) for one in said] == [REASONS["worse"]]
+    after, new_events = continue_flight(state._replace(twin=before, rival=(state.twin,)), k + 1)
+    assert [(one.what, one.why) for one in new_events] == [REASONS["worse"]]
     assert (after.mode, after.twin) == ("following", state.twin)
 
 
@@ -231,7 +231,7 @@ def test_a_size_that_is_off_when_the_watch_ends_is_put_on_trial_again(late, shar
 
     In the mean over all blocks too little is seen of the last ten, so that they are looked at by themselves.
     """
-    last = first_of("following", first_of("adopted"))
+    last = first_state("following", first_state("adopted"))
     before = adopted_flight()[last - 1]
     change = PLAN.changes[before.finding.change]
     along = change.direction(before.twin.values)
@@ -247,7 +247,7 @@ def test_a_size_that_is_off_when_the_watch_ends_is_put_on_trial_again(late, shar
 
 
 def test_without_corrections_a_change_is_reported_and_held():
-    state, events, _, plan = followed(changed_rows("elevation.gain")[:5000], correcting=False)
+    state, events, _, plan = follow(changed_rows("elevation.gain")[:5000], correcting=False)
     assert {event.what for event in events} == {"alarm", "held"}
     assert following.parameters_in_use(state)[0] == TABLE_2
 
@@ -259,7 +259,7 @@ def test_the_state_comes_back_from_json_to_the_bit_in_the_middle_of_a_trial_and_
     def fresh(k):
         return k % 9 != 0 and k % 400 > 4
 
-    _, _, states, plan = followed(rows, fresh, parameters=TABLE_2._replace(input_delay_rotors=0.02))
+    _, _, states, plan = follow(rows, fresh, parameters=TABLE_2._replace(input_delay_rotors=0.02))
     for k in range(2, 4800, 400):
         again = thaw_state(json.loads(json.dumps(freeze_state(states[k - 1]))), following.CorrectorState)
         assert again == states[k - 1]
@@ -304,17 +304,17 @@ def test_prediction_and_correction_are_a_kalman_filters_whose_steady_state_has_t
 def test_voltages_on_a_straight_line_are_put_back_over_a_gap(delay):
     """After a gap the plant is the one that has seen every voltage, to rounding."""
     rows = quiet_rows(7)
-    state, _, _, plan = followed(rows[:600], parameters=TABLE_2._replace(input_delay_rotors=delay))
+    state, _, _, plan = follow(rows[:600], parameters=TABLE_2._replace(input_delay_rotors=delay))
     front, rear, *angles = rows[600]
     line = [(front + 0.05 * j, rear - 0.02 * j) for j in range(8)]
     state, _ = following.correct(state, Sample(*line[0], *angles), plan)
-    whole = state.observer
+    observer = state.observer
     for j in range(7):
-        whole, _ = whole._replace(voltages=line[j]).advance(line[j], (600 + j) * H, True, plan.alone, plan)
+        observer, _ = observer._replace(voltages=line[j]).advance(line[j], (600 + j) * H, True, plan.alone, plan)
         now = Sample(*line[0], *angles, 0.0) if j < 6 else Sample(*line[7], *angles)
         state, _ = following.correct(state, now, plan)
         assert state.instants == 601 + j
-    assert state.observer.memory.state[6:8] == pytest.approx(whole.memory.state[6:8], abs=1e-12)
+    assert state.observer.memory.state[6:8] == pytest.approx(observer.memory.state[6:8], abs=1e-12)
 
 
 STOPPED, FROZEN, BACK = (REASONS[why][1] for why in ("stopped", "frozen", "back"))
@@ -322,7 +322,7 @@ STOPPED, FROZEN, BACK = (REASONS[why][1] for why in ("stopped", "frozen", "back"
 
 def test_a_stop_is_said_once_and_ends_a_trial_and_the_event_says_which_change_was_on_trial():
     rows = changed_rows("elevation.gain")[:4800]
-    state, events, states, plan = followed(rows, lambda k: not 4200 <= k < 4700)
+    state, events, states, plan = follow(rows, lambda k: not 4200 <= k < 4700)
     assert states[4199].mode == "on trial" and {one.mode for one in states[4230:4700]} == {"suspended"}
     stopped, held, back = events[-3:]
     assert [(one.why, one.time) for one in (stopped, back)] == [(STOPPED, pytest.approx(42.19)), (BACK, 47.0)]
@@ -336,7 +336,7 @@ def test_an_encoder_that_stands_still_while_the_rig_moves_is_said_once_however_l
     rows = [list(row) for row in quiet_rows(7)]
     for k in range(3000, 3600):
         rows[k][2] = rows[3000][2]
-    state, events, _, plan = followed(rows)
+    state, events, _, plan = follow(rows)
     assert [event.why for event in events] == [FROZEN, BACK]
     assert 30.0 < events[0].time < 31.0 and events[1].time >= 36.0
     assert following.parameters_in_use(state)[0] == TABLE_2
@@ -348,7 +348,7 @@ def test_an_encoder_that_moves_again_does_not_count_until_the_observer_has_settl
         encoder = encoder.read(0.0, 0.0, PLAN)
     for k in range(PLAN.settling + 1):
         encoder = encoder.read(COUNT * (1 + k % 2), 0.0, PLAN)
-        counted.append(not encoder.is_discounted(PLAN))
+        counted.append(not encoder.is_ignored(PLAN))
     assert counted == [False] * PLAN.settling + [True]
     # an alarm waits while one stands from which the rig has gone: .1 rad/s in 20 ms are 2 mrad, 3.3 deviations
     encoder, doubtful = Encoder(0.0), []

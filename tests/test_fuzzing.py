@@ -28,7 +28,7 @@ from heli_identifier.records.units import SIGNALS
 from heli_identifier.results.sources import read_parameters
 from tests.faults.material import HEADER, ROWS, as_struct, columns, document
 from tests.faults.units import archive
-from tests.units import entries
+from tests.units import read_archive
 
 LOG = "\n".join([HEADER, *ROWS[:540:2], ""]).encode()
 """5.4 seconds at 50 Hz: a fuzzer reads a small file often."""
@@ -76,7 +76,7 @@ def _spreadsheet(data: io.BytesIO) -> None:
 def _unit_and_description() -> tuple[bytes, bytes]:
     """Give an FMU without its binaries, and its description."""
     with tempfile.TemporaryDirectory() as folder:
-        whole = entries(build("HelicopterPlant", folder))
+        whole = read_archive(build("HelicopterPlant", folder))
         found = {name: data for name, data in whole.items() if name.endswith((".xml", ".txt"))}
         archive(**found)(Path(folder))
         return (Path(folder) / "it.fmu").read_bytes(), found["modelDescription.xml"]

@@ -16,14 +16,14 @@ from heli_identifier.records import write_log
 from heli_identifier.results import Use, corrected_parameters
 from heli_identifier.tools import design_pid
 from heli_plant.parameters import TABLE_2
-from tests.commands import heli, told
-from tests.diagnosis_example import AFTER, example, made_log
+from tests.commands import heli, heli_json
+from tests.diagnosis_example import AFTER, example_diagnosis, simulated_log
 from tests.test_report_page import Page
 
 
 def diagnosis(damping=AFTER.a_wx, **changed):
     """The example with another pitch damping, known to 1 %, and one effect."""
-    found = example()
+    found = example_diagnosis()
     value = replace(found.parameters_after["a_wx"], value=damping, standard_error=0.01 * AFTER.a_wx)
     return replace(found, effects=found.effects[:1], parameters_after={**found.parameters_after, "a_wx": value},
                    plant_after=AFTER._replace(a_wx=damping), **changed)  # fmt: skip
@@ -33,15 +33,15 @@ def diagnosis(damping=AFTER.a_wx, **changed):
 def written(tmp_path_factory):
     """Folder of a diagnosis, and its log."""
     folder = diagnosis().write(tmp_path_factory.mktemp("result"))
-    return folder, write_log(made_log(), folder / "run.csv")
+    return folder, write_log(simulated_log(), folder / "run.csv")
 
 
 def test_every_public_name_is_found_and_documented_and_every_result_is_frozen_and_shows_itself(written):
     assert (Path(hi.__file__).parent / "py.typed").is_file()
     assert all(getattr(hi, name).__doc__ and name in dir(hi) for name in hi.__all__)
-    log, parameters = made_log(), hi.read_parameters(written[0] / "parameters.json")
+    log, parameters = simulated_log(), hi.read_parameters(written[0] / "parameters.json")
     for name, result in {  # one of every kind, each from the function that gives it
-        "Diagnosis": example(),
+        "Diagnosis": example_diagnosis(),
         "ParameterSet": parameters,
         "Simulation": hi.simulate(parameters, log),
         "Check": hi.check(log, parameters, factor=100.0),
@@ -57,18 +57,18 @@ def test_every_public_name_is_found_and_documented_and_every_result_is_frozen_an
 
 def used(**uses):
     """Parameters of the example, some of its axes with another word."""
-    made = corrected_parameters(example())
+    made = corrected_parameters(example_diagnosis())
     return replace(made, expected={a: replace(e, use=uses.get(a, Use.CONTROL)) for a, e in made.expected.items()})
 
 
 def test_an_axis_that_is_not_usable_is_not_judged_and_gets_no_controller_and_a_check_of_none_is_refused():
-    found = check(made_log(), used(elevation=Use.NOTHING), factor=100.0)
+    found = check(simulated_log(), used(elevation=Use.NOTHING), factor=100.0)
     assert {outcome.axis for outcome in found.outcomes} == {"pitch", "travel"} and found.passed
     assert found.table.rows[-1][1] == "elevation" and found.table.rows[-1][-1] == "not usable"
     assert found.to_dict()["not_judged"] == ["elevation"]
     useless = used(pitch=Use.NOTHING, elevation=Use.NOTHING, travel=Use.NOTHING)
     with pytest.raises(ConfigurationError, match="no axis of these parameters usable"):
-        check(made_log(), useless)
+        check(simulated_log(), useless)
     for axis in ("pitch", "elevation"):
         with pytest.raises(ConfigurationError, match=f"does not call the {axis} of these parameters fit"):
             design_pid(used(**{axis: Use.NOTHING}))
@@ -80,7 +80,7 @@ def test_a_unit_is_built_from_parameters_of_its_own_and_its_description_says_wha
     for native in (False, True):
         said = read_model_description(hi.build("HelicopterPlant", tmp_path, file, native=native)).description
         assert said.endswith("motor voltages. Use of pitch and travel: prediction and control; elevation: not usable")
-    assert hi.build("HelicopterPlant", tmp_path, example()) == tmp_path / "HelicopterPlant.fmu"
+    assert hi.build("HelicopterPlant", tmp_path, example_diagnosis()) == tmp_path / "HelicopterPlant.fmu"
     with pytest.raises(ConfigurationError, match="parameters of the HelicopterPlant, those of the Exciter are needed"):
         hi.build("Exciter", tmp_path, file)
 
@@ -126,11 +126,11 @@ def test_a_gain_is_compared_as_the_slope_that_its_report_names():
 
 
 def test_the_plant_that_made_the_log_is_better_on_the_axis_in_which_the_other_errs():
-    found = hi.compare(diagnosis(AFTER.a_wx + 0.3), diagnosis(), made_log(seed=3))  # far more reaches the travel
+    found = hi.compare(diagnosis(AFTER.a_wx + 0.3), diagnosis(), simulated_log(seed=3))  # far more reaches the travel
     said = {error.axis: error.outcome for error in found.errors}
     assert said == {"pitch": "second is better", "elevation": "not told apart", "travel": "not told apart"}
     # where a controller flew the error over less than its answer judges
-    found = hi.compare(diagnosis(AFTER.a_wx + 1.0), diagnosis(closed_loop=True), made_log(seed=3))
+    found = hi.compare(diagnosis(AFTER.a_wx + 1.0), diagnosis(closed_loop=True), simulated_log(seed=3))
     assert {error.axis: error.outcome for error in found.errors}["pitch"] == "second is better"
     assert "pitch .2 s ahead [mrad]" in found.summary()
 
@@ -142,8 +142,8 @@ def test_the_command_prints_what_the_function_gives(tmp_path):
         diagnosis().write(tmp_path / "may"),
         replace(diagnosis(), parameters_after=moved).write(tmp_path / "june"),
     ]
-    log = write_log(made_log(), tmp_path / "run.csv")
-    assert told("compare", *folders, "--log", log) == json.loads(json.dumps(hi.compare(*folders, log).to_dict()))
+    log = write_log(simulated_log(), tmp_path / "run.csv")
+    assert heli_json("compare", *folders, "--log", log) == json.loads(json.dumps(hi.compare(*folders, log).to_dict()))
     shown = heli("compare", *folders)
     assert "differ between may and june" in " ".join(shown.stdout.split())
 
@@ -151,7 +151,7 @@ def test_the_command_prints_what_the_function_gives(tmp_path):
 def test_a_function_takes_parameters_and_logs_as_they_are_at_hand(written):
     folder, log = written
     file = folder / "parameters.json"
-    reference = example().series[0].free_run_after  # as the diagnosis reports it
+    reference = example_diagnosis().series[0].free_run_after  # as the diagnosis reports it
     for parameters in (diagnosis(), file, str(file), AFTER, hi.read_parameters(file)):
         np.testing.assert_array_equal(hi.simulate(parameters, log).angles, reference)
     frame = hi.simulate(AFTER, hi.read_log(log)).to_frame()
@@ -173,11 +173,14 @@ def test_another_type_of_any_argument_is_refused_in_a_sentence_that_names_it(nam
 
 
 @pytest.mark.parametrize("call, said", [
-    (lambda log: hi.check([log, 3], example()), "logs is of type list, with int in it; needed: Log, path or sequence"),
-    (lambda log: hi.check([], example()), "no log was given"),
+    (
+        lambda log: hi.check([log, 3], example_diagnosis()),
+        "logs is of type list, with int in it; needed: Log, path or sequence",
+    ),
+    (lambda log: hi.check([], example_diagnosis()), "no log was given"),
     (lambda log: hi.read_data_set(str(log)), "training is of type str; needed: sequence of path"),
     (lambda log: hi.diagnose(log, held_out=()), "no log is held out"),
-    (lambda log: hi.compare(example(), "nowhere"), "nowhere/diagnosis.json does not exist"),
+    (lambda log: hi.compare(example_diagnosis(), "nowhere"), "nowhere/diagnosis.json does not exist"),
     *(
         (lambda log, voltages=voltages: hi.simulate(TABLE_2, voltages), r"must be finite and of shape \(N, 2\)")
         for voltages in (np.zeros(5), np.zeros((5, 3)), np.zeros((0, 2)), np.full((5, 2), np.nan))
@@ -192,8 +195,8 @@ def test_a_simulated_log_says_how_far_the_plant_is_off_it(written):
     """The unit's free run is that of the diagnosis, to the nanoradian; the terminal shows three digits of it."""
     folder, log = written
     words = ["simulate", "plant_beside_log", "--log", log, "--parameters", folder / "parameters.json"]
-    found = {row["name"]: row["rms_error"] for row in told(*words) if "rms_error" in row}
-    for axis, report in example().axes.items():
+    found = {row["name"]: row["rms_error"] for row in heli_json(*words) if "rms_error" in row}
+    for axis, report in example_diagnosis().axes.items():
         if report.after.free_run:
             assert found[f"plant.{axis}"] == pytest.approx(report.after.free_run.value, abs=1e-9)
     assert set(found) == {"plant.pitch", "plant.elevation", "plant.travel"}

@@ -20,8 +20,8 @@ from heli_identifier.tools.synthesis import PEAK, retune_pid, weighted_error
 from heli_plant.control import AxisGains, PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
-from tests.commands import heli, told
-from tests.diagnosis_example import AFTER, example, stated
+from tests.commands import heli, heli_json
+from tests.diagnosis_example import AFTER, example_diagnosis, parameter_set
 
 H = 0.01
 PID = PidSettings()
@@ -139,7 +139,7 @@ def test_a_loop_without_margins_is_not_to_be_flown_and_a_rig_that_the_present_pi
 
 
 def test_the_retuned_pid_is_better_keeps_its_margins_everywhere_and_makes_no_more_noise():
-    parameters = stated(0.01)
+    parameters = parameter_set(0.01)
     model = linear_model(AFTER)
     others = [linear_model(plant) for plant in margins.draw_plants(parameters, 8)]
     new = retune_pid(model, PID, others)
@@ -168,7 +168,7 @@ def test_a_small_step_of_the_whole_plant_is_that_of_the_linear_loop(delay):
 
 
 def test_drawn_plants_scatter_as_the_standard_errors_say_and_given_values_stay():
-    plants = margins.draw_plants(stated(0.01), 400)
+    plants = margins.draw_plants(parameter_set(0.01), 400)
     gains = np.array([plant.k_x for plant in plants])
     # the spread of 400 draws is known to 3.5 %, the mean to a twentieth of the error
     assert gains.std() == pytest.approx(0.01 * AFTER.k_x, rel=0.15)
@@ -205,7 +205,7 @@ def test_drawn_plants_keep_the_slope_at_the_operating_point_and_lift_their_weigh
 
 def test_the_covariance_of_a_diagnosis_is_written_and_read_and_its_damage_named(tmp_path):
     fields, variances = ("k_x", "motor_lag_rotors", "k_y"), np.array([4e-6, 1e-4, 1e-4])
-    found = replace(example(), covariance=np.diag(variances), covariance_fields=fields)
+    found = replace(example_diagnosis(), covariance=np.diag(variances), covariance_fields=fields)
     written, file = corrected_parameters(found), tmp_path / "parameters.json"
     covariance = read_parameters(written.write(file)).covariance
     # a lag that is no finding is part of the time constant; a gain counts with its logarithm
@@ -236,10 +236,10 @@ def test_a_loop_that_keeps_its_margins_is_left_alone_and_one_that_lost_them_is_o
 
 
 def test_the_command_leaves_a_model_that_matlab_reads_and_gains_that_build_a_controller(tmp_path):
-    file = stated(0.01).write(tmp_path / "parameters.json")
+    file = parameter_set(0.01).write(tmp_path / "parameters.json")
     out, rig = tmp_path / "control", tmp_path / "heli.toml"
     rig.write_text("[controller]\nperiod = 0.02\n")
-    document = told("linearise", file, "--elevation", 0.1, "--config", rig, "--output", out)
+    document = heli_json("linearise", file, "--elevation", 0.1, "--config", rig, "--output", out)
     assert document["period"] == 0.02
     assert "controller.period = 2.0 s must" in heli("linearise", file, "--config", rig, "--period", 2).output
     assert {path.name for path in out.iterdir()} == {

@@ -14,23 +14,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fmu_src.units.rig_link import RigLink
-from heli_identifier.live import JSON, USUAL_LAYOUT, Clock, Datagram, encode, read_address, read_layout
+from heli_identifier.live import USUAL_LAYOUT, Clock, Datagram, read_address, read_layout
 from heli_identifier.live.align import Order
-from heli_identifier.live.datagrams import decode
+from heli_identifier.live.datagrams import JSON, decode, encode
 from heli_identifier.live.listening import find_unit
-from tests.units import got, initialised
+from tests.units import get_values, initialise
 
 H = 0.01
 USUAL = read_layout(USUAL_LAYOUT)
 SAMPLE = Datagram(7, 0.07, (1.5, -2.5, 0.1, -0.2, 3.0))
 
 
-def sent(numbers):
+def make_samples(numbers):
     """Samples of these numbers, each with its number as the pitch."""
     return [Datagram(number, number * H, (0.0, 0.0, float(number), 0.0, 0.0)) for number in numbers]
 
 
-def passed(arrivals):
+def pass_through(arrivals):
     """Numbers that an order gives out, each arrival releasing what is five samples old; and the order."""
     order, out = Order(H), []
     for sample in arrivals:
@@ -113,13 +113,13 @@ def test_a_sample_without_a_stamp_is_at_its_number_times_the_interval_or_when_it
     ids=["in order", "overtaken", "twice", "lost and late", "pause", "started again"],
 )
 def test_samples_come_out_in_order_and_once_and_the_rest_is_counted(numbers, wanted, counts):
-    out, order = passed(sent(numbers))
+    out, order = pass_through(make_samples(numbers))
     assert out == list(wanted) and order.counts == counts
     # without numbers lost samples are counted by time, and a damaged time changes nothing
-    _, order = passed([sample._replace(number=-1) for sample in sent([0, 1, 2, 5, 6])])
+    _, order = pass_through([sample._replace(number=-1) for sample in make_samples([0, 1, 2, 5, 6])])
     assert order.counts["lost"] == 2
-    good = sent(range(50))
-    out, order = passed([*good[:20], good[20]._replace(time=1e9), *good[20:]])
+    good = make_samples(range(50))
+    out, order = pass_through([*good[:20], good[20]._replace(time=1e9), *good[20:]])
     assert out == list(range(50)) and order.counts == Counter(received=50, stray=1)
 
 
@@ -135,7 +135,7 @@ def test_the_unit_of_the_rigs_clock_is_the_one_that_gives_a_usual_rate():
 def test_a_co_simulation_that_is_not_paced_stays_within_the_maximum_age(step, least, most):
     clock = Clock(delay=0.05, maximum_age=0.2, sample_time=H)
     for k in range(200):  # simulated time per sample of 10 ms
-        clock.tick(step * k, sent([k]))
+        clock.tick(step * k, make_samples([k]))
         assert abs(clock.lead) <= clock.maximum_age + 1e-9 or step < H
         assert clock.lead >= -clock.maximum_age - 1e-9
     assert least < clock.resynchronised < most and len(clock.order.waiting) < 30
@@ -144,7 +144,7 @@ def test_a_co_simulation_that_is_not_paced_stays_within_the_maximum_age(step, le
 def test_a_sample_that_comes_in_after_it_was_due_is_shown_but_is_not_of_this_instant():
     """Of a network with jitter: sample 5 is lost, sample 4 comes in when 5 is due. Taken for 5 it lags by 10 ms."""
     clock = Clock(delay=0.0, maximum_age=0.2, sample_time=H)
-    arrivals = {k: sent([k]) for k in (0, 1, 2, 3, 6, 7)} | {5: sent([4])}
+    arrivals = {k: make_samples([k]) for k in (0, 1, 2, 3, 6, 7)} | {5: make_samples([4])}
     shown = []
     for k in range(8):
         clock.tick(k * H, arrivals.get(k, ()))
@@ -153,20 +153,20 @@ def test_a_sample_that_comes_in_after_it_was_due_is_shown_but_is_not_of_this_ins
     assert clock.order.counts["received"] == 7
 
 
-def created(**parameters):
-    return initialised(RigLink, {f"link.{name}": value for name, value in {"port": 0, **parameters}.items()})
+def create_link(**parameters):
+    return initialise(RigLink, {f"link.{name}": value for name, value in {"port": 0, **parameters}.items()})
 
 
 @pytest.fixture
-def linked():
+def make_link():
     """Make units, each with a socket that sends to it; all are closed in the end."""
     opened = []
 
     def make(**parameters):
-        unit = created(**parameters)
+        unit = create_link(**parameters)
         assert unit.log_queue == []
         rig = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        rig.connect(("127.0.0.1", int(got(unit, "port")[0])))
+        rig.connect(("127.0.0.1", int(get_values(unit, "port")[0])))
         opened.extend((unit, rig))
         return unit, rig
 
@@ -179,102 +179,102 @@ def sample(number, layout=USUAL):
     return encode(Datagram(number, 1e6 + number * H, (1.0, 2.0, 0.001 * number, -0.1, 0.5)), layout)
 
 
-def stepped(unit, k):
+def do_step(unit, k):
     assert unit.do_step(k * H, H), unit.log_queue[-1].msg
 
 
 @pytest.mark.parametrize("layout", [USUAL_LAYOUT, JSON, "sequence travel elevation pitch v_rear v_front"])
-def test_it_shows_what_the_rig_sends_with_the_delay(linked, layout):
-    unit, rig = linked(layout=layout)
+def test_it_shows_what_the_rig_sends_with_the_delay(make_link, layout):
+    unit, rig = make_link(layout=layout)
     for k in range(100):
         rig.send(sample(k, read_layout(layout)))
-        stepped(unit, k)
+        do_step(unit, k)
     # sample 99 came in during the last step; what is shown is .05 s older
-    assert got(unit, "v_front", "v_rear", "pitch", "elevation", "travel") == [1.0, 2.0, 0.094, -0.1, 0.5]
-    assert got(unit, "fresh", "watchdog", "received", "lost", "waiting") == [1.0, 0.0, 100.0, 0.0, 5.0]
+    assert get_values(unit, "v_front", "v_rear", "pitch", "elevation", "travel") == [1.0, 2.0, 0.094, -0.1, 0.5]
+    assert get_values(unit, "fresh", "watchdog", "received", "lost", "waiting") == [1.0, 0.0, 100.0, 0.0, 5.0]
 
 
-def test_a_stopped_stream_trips_the_watchdog_and_no_step_waits(linked):
-    unit, rig = linked()
-    assert got(unit, "watchdog", "fresh") == [1.0, 0.0]  # nothing has come in yet
+def test_a_stopped_stream_trips_the_watchdog_and_no_step_waits(make_link):
+    unit, rig = make_link()
+    assert get_values(unit, "watchdog", "fresh") == [1.0, 0.0]  # nothing has come in yet
     for k in range(50):
         rig.send(sample(k))
-        stepped(unit, k)
-    assert got(unit, "watchdog") == [0.0]
+        do_step(unit, k)
+    assert get_values(unit, "watchdog") == [0.0]
     for k in range(50, 550):  # a step that waited for the rig would never come back
-        stepped(unit, k)
-    assert got(unit, "watchdog", "fresh", "pitch") == [1.0, 0.0, 0.049]
+        do_step(unit, k)
+    assert get_values(unit, "watchdog", "fresh", "pitch") == [1.0, 0.0, 0.049]
     # all that waited has been shown, .05 s after it came in; the co-simulation is 5 s ahead of the newest
-    assert got(unit, "age", "lead") == pytest.approx([4.95, 5.0])
+    assert get_values(unit, "age", "lead") == pytest.approx([4.95, 5.0])
     for k in range(550, 600):
         rig.send(sample(k))
-        stepped(unit, k)
-    assert got(unit, "watchdog", "fresh", "lost", "resynchronised") == [0.0, 1.0, 500.0, 0.0]
+        do_step(unit, k)
+    assert get_values(unit, "watchdog", "fresh", "lost", "resynchronised") == [0.0, 1.0, 500.0, 0.0]
     # a rig that does not send is said where it is waited for, and no state is saved
-    unit = created(wait=0.05)
+    unit = create_link(wait=0.05)
     assert unit.log_queue[0].msg.endswith("no sample of the rig came in within link.wait = 0.05 s")
     assert not unit.do_step(0.0, H)
     assert unit._get_fmu_state() == {} and "cannot be saved" in unit.log_queue[-1].msg
     unit.terminate()
 
 
-def test_the_first_good_sender_is_the_rig_and_nobody_else(linked):
-    unit, rig = linked()
+def test_the_first_good_sender_is_the_rig_and_nobody_else(make_link):
+    unit, rig = make_link()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.connect(rig.getpeername())
         other.send(b"rubbish first")  # locks nothing
-        stepped(unit, 0)
+        do_step(unit, 0)
         rig.send(sample(0))
-        stepped(unit, 1)
+        do_step(unit, 1)
         for k in range(1, 60):
             rig.send(sample(k))
             try:
                 other.send(encode(Datagram(k, k * H, (9.0, 9.0, 1.0, 1.0, 1.0)), USUAL))
             except ConnectionRefusedError:  # the system says that nobody hears it there
                 pass
-            stepped(unit, k + 1)
-    assert got(unit, "v_front", "pitch") == [1.0, 0.055 - 0.001]
-    assert got(unit, "received", "duplicated") == [60.0, 0.0]
+            do_step(unit, k + 1)
+    assert get_values(unit, "v_front", "pitch") == [1.0, 0.055 - 0.001]
+    assert get_values(unit, "received", "duplicated") == [60.0, 0.0]
 
 
-def test_a_sender_that_is_named_is_the_only_one_and_may_come_back_from_another_port(linked):
-    unit, rig = linked(sender="127.0.0.1", look_ahead=10)
-    strange, _ = linked(sender="127.0.0.2")
+def test_a_sender_that_is_named_is_the_only_one_and_may_come_back_from_another_port(make_link):
+    unit, rig = make_link(sender="127.0.0.1", look_ahead=10)
+    strange, _ = make_link(sender="127.0.0.2")
     for k in range(20):
         rig.send(sample(k))
-        stepped(unit, k)
+        do_step(unit, k)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as again:
         again.connect(rig.getpeername())
         for k in range(20, 40):
             again.send(sample(k))
-            stepped(unit, k)
-        again.connect(("127.0.0.1", int(got(strange, "port")[0])))
+            do_step(unit, k)
+        again.connect(("127.0.0.1", int(get_values(strange, "port")[0])))
         again.send(sample(0))
-        stepped(strange, 0)
-    assert got(unit, "received", "foreign") == [40.0, 0.0]
-    assert got(strange, "received", "foreign") == [0.0, 1.0]
+        do_step(strange, 0)
+    assert get_values(unit, "received", "foreign") == [40.0, 0.0]
+    assert get_values(strange, "received", "foreign") == [0.0, 1.0]
     for k in range(40, 140):
         rig.send(sample(k))
-    stepped(unit, 40)
-    assert got(unit, "received") == [50.0]  # a flood takes no more of a step than the look-ahead
+    do_step(unit, 40)
+    assert get_values(unit, "received") == [50.0]  # a flood takes no more of a step than the look-ahead
 
 
-def test_a_port_that_is_taken_is_refused_and_free_again_after_the_end_which_leaves_no_socket(linked):
-    unit, _ = linked()
-    port = int(got(unit, "port")[0])
-    second = created(port=port)
+def test_a_port_that_is_taken_is_refused_and_free_again_after_the_end_which_leaves_no_socket(make_link):
+    unit, _ = make_link()
+    port = int(get_values(unit, "port")[0])
+    second = create_link(port=port)
     assert "cannot be listened on: Address already in use" in second.log_queue[0].msg
     unit.terminate()
     before = psutil.Process().net_connections("udp4")
-    third = created(port=port)
+    third = create_link(port=port)
     assert third.log_queue == [] and third.do_step(0.0, H)
     third.terminate()
     assert psutil.Process().net_connections("udp4") == before
 
 
-def test_the_initialisation_waits_for_the_first_sample_and_shows_it_until_one_is_due(linked):
-    early, rig = linked()  # finds a free port
-    port = int(got(early, "port")[0])
+def test_the_initialisation_waits_for_the_first_sample_and_shows_it_until_one_is_due(make_link):
+    early, rig = make_link()  # finds a free port
+    port = int(get_values(early, "port")[0])
     early.terminate()
     listening = threading.Event()
 
@@ -285,10 +285,10 @@ def test_the_initialisation_waits_for_the_first_sample_and_shows_it_until_one_is
 
     sender = threading.Thread(target=send)
     sender.start()
-    unit, _ = linked(port=port, wait=60.0)
+    unit, _ = make_link(port=port, wait=60.0)
     listening.set()
     sender.join()
-    assert got(unit, "pitch", "received", "fresh", "watchdog") == [0.04, 1.0, 0.0, 1.0]
+    assert get_values(unit, "pitch", "received", "fresh", "watchdog") == [0.04, 1.0, 0.0, 1.0]
     for k in range(5):
-        stepped(unit, k)
-    assert got(unit, "pitch", "fresh", "watchdog") == [0.04, 1.0, 0.0]
+        do_step(unit, k)
+    assert get_values(unit, "pitch", "fresh", "watchdog") == [0.04, 1.0, 0.0]

@@ -17,14 +17,15 @@ import pytest
 from rich.console import Console
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.live import USUAL_LAYOUT, Datagram, Port, encode, read_layout
+from heli_identifier.live import USUAL_LAYOUT, Datagram, Port, read_layout
+from heli_identifier.live.datagrams import encode
 from heli_identifier.live.listening import Listening
 from heli_identifier.live.page import serve_page
 from heli_identifier.live.screen import draw_screen
 from heli_identifier.live.session import Journal, Session
 from heli_identifier.live.sources import Player, send
 from heli_identifier.records import CONTRACT, Log, LogFormat, demo_files, read_log
-from tests.diagnosis_example import stated
+from tests.diagnosis_example import parameter_set
 from tests.test_files import files_of_at_most
 
 H = 0.01
@@ -33,18 +34,18 @@ LONGEST = 180.0
 """Time after which something is taken for hung [s]; a loaded machine is no defect."""
 
 
-def datagram(number, time=None, layout=LAYOUT):
+def make_datagram(number, time=None, layout=LAYOUT):
     time = number * H if time is None else time
     return encode(Datagram(number, time, (1.0, 2.0, 0.001 * number, 0.1, 0.2)), layout)
 
 
-def heard(contents, until, pauses=(), format=CONTRACT, layout=LAYOUT, rate=None, others=()):
-    """Instants and kept rows of a listener to whom ``contents`` are sent without delay, but for pauses (at, seconds).
+def listen_to(contents, until, pauses=(), format=CONTRACT, layout=LAYOUT, rate=None, others=()):
+    """Return instants and recorded rows of a listener that gets ``contents``, with pauses (at, seconds), and itself.
 
     The instants are those of the rig's clock, in the datagrams, so that a busy machine changes none of them. ``others``
-    are sent by somebody else before the rig's first.
+    are sent by another sender before the rig's first.
     """
-    kept, seen = [], []
+    rows, seen = [], []
     port = Port("127.0.0.1", 0, "", layout)
 
     def sender():
@@ -60,50 +61,50 @@ def heard(contents, until, pauses=(), format=CONTRACT, layout=LAYOUT, rate=None,
     listening = Listening(port, rate, format)
     thread.start()
     try:
-        for sample in listening.instants(lambda time, signals: kept.append((time, *signals)), lambda: False):
+        for sample in listening.instants(lambda time, signals: rows.append((time, *signals)), lambda: False):
             if sample is not None:
                 seen.append(sample)
-            elif until(seen, kept):
+            elif until(seen, rows):
                 break
             assert monotonic() - began < LONGEST
     finally:
         thread.join()
         port.close()
-    return seen, kept, listening
+    return seen, rows, listening
 
 
 def test_a_network_that_loses_doubles_and_delays_gives_every_instant_once_and_counts_the_rest():
     """5 % lost, 2 % twice, 20 ms of jitter, and rubbish; 2 s of flight."""
     generator = random.Random(3)
-    there = [k for k in range(200) if generator.random() > 0.05 or k in (0, 199)]
-    sent = [(k * H + 0.02 * generator.random(), datagram(k)) for k in there]
+    numbers = [k for k in range(200) if generator.random() > 0.05 or k in (0, 199)]
+    sent = [(k * H + 0.02 * generator.random(), make_datagram(k)) for k in numbers]
     twice = [(at + 0.005, content) for at, content in sent if generator.random() < 0.02]
     sent += [*twice, *((at, b"rubbish") for at in (0.3, 0.9))]
-    contents = [datagram(0), *(content for _, content in sorted(sent)[1:])]
-    seen, kept, listening = heard(contents, lambda seen, kept: len(seen) >= 200)
+    contents = [make_datagram(0), *(content for _, content in sorted(sent)[1:])]
+    seen, rows, listening = listen_to(contents, lambda seen, rows: len(seen) >= 200)
     fresh = [k for k, sample in enumerate(seen[:200]) if sample.fresh]
-    assert fresh == there and all(seen[k].pitch == 0.001 * k for k in fresh)
-    assert [row[0] for row in kept] == sorted({row[0] for row in kept})
+    assert fresh == numbers and all(seen[k].pitch == 0.001 * k for k in fresh)
+    assert [row[0] for row in rows] == sorted({row[0] for row in rows})
     counts = listening.order.counts
     assert listening.port.refused == 2 and listening.rate == 100.0
-    assert f"{200 - len(there)} were lost" in listening.status.faults
-    assert [counts[one] for one in ("received", "lost", "duplicated")] == [len(there), 200 - len(there), len(twice)]
+    assert f"{200 - len(numbers)} were lost" in listening.status.faults
+    assert [counts[one] for one in ("received", "lost", "duplicated")] == [len(numbers), 200 - len(numbers), len(twice)]
 
 
 def test_a_rig_whose_datagrams_all_come_twice_has_its_rate():
-    _, _, listening = heard([datagram(k // 2) for k in range(120)], lambda seen, kept: len(kept) == 60)
+    _, _, listening = listen_to([make_datagram(k // 2) for k in range(120)], lambda seen, rows: len(rows) == 60)
     assert listening.rate == 100.0 and listening.order.counts["duplicated"] == 60
 
 
 def test_while_a_stream_stops_instants_go_on_without_samples_and_then_with_them():
     brought = []
 
-    def until(seen, kept):
-        brought.append(len(seen) if len(kept) == 60 else 0)
+    def until(seen, rows):
+        brought.append(len(seen) if len(rows) == 60 else 0)
         return sum(sample.fresh for sample in seen) == 120
 
-    contents = [datagram(k) for k in (*range(60), *range(160, 220))]
-    seen, kept, _ = heard(contents, until, pauses=[(60, 1.0)])
+    contents = [make_datagram(k) for k in (*range(60), *range(160, 220))]
+    seen, rows, _ = listen_to(contents, until, pauses=[(60, 1.0)])
     fresh = [bool(sample.fresh) for sample in seen]
     first = fresh.index(False)
     again = fresh.index(True, first)
@@ -111,14 +112,14 @@ def test_while_a_stream_stops_instants_go_on_without_samples_and_then_with_them(
     # missing when it sends again; a busy machine may find the silence longer than it was.
     assert first == 60 and max(brought) > 60
     assert again == 160 or (again == max(brought) > 160)
-    assert fresh[again:] == [True] * 60 and len(kept) == 120
+    assert fresh[again:] == [True] * 60 and len(rows) == 120
 
 
 def test_what_comes_in_while_the_caller_waits_for_its_disk_is_no_silence():
     delays = iter([1.0])  # [s]
-    until = lambda seen, kept: bool(kept and sleep(next(delays, 0.0))) or len(kept) == 120  # noqa: E731
-    seen, kept, _ = heard([datagram(k) for k in range(120)], until, pauses=[(60, 0.1)])
-    assert all(one.fresh for one in seen) and [row[0] for row in kept] == pytest.approx([k * H for k in range(120)])
+    until = lambda seen, rows: bool(rows and sleep(next(delays, 0.0))) or len(rows) == 120  # noqa: E731
+    seen, rows, _ = listen_to([make_datagram(k) for k in range(120)], until, pauses=[(60, 0.1)])
+    assert all(one.fresh for one in seen) and [row[0] for row in rows] == pytest.approx([k * H for k in range(120)])
 
 
 @pytest.mark.parametrize("form, layout, wanted", [
@@ -135,11 +136,11 @@ def test_what_comes_in_while_the_caller_waits_for_its_disk_is_no_silence():
     ),
 ])  # fmt: skip
 def test_signs_units_and_rotors_are_put_right_as_in_logs_and_a_rig_too_slow_is_refused(form, layout, wanted):
-    contents = [datagram(k, layout=layout) for k in range(60)]
-    _, kept, _ = heard(contents, lambda seen, kept: len(seen) >= 60, format=form, layout=layout)
-    assert kept[50][1:] == pytest.approx(wanted)
+    contents = [make_datagram(k, layout=layout) for k in range(60)]
+    _, rows, _ = listen_to(contents, lambda seen, rows: len(seen) >= 60, format=form, layout=layout)
+    assert rows[50][1:] == pytest.approx(wanted)
     with pytest.raises(ConfigurationError, match="the rig sends at 10 Hz, 50 to 2000 Hz are followed"):
-        heard([datagram(k, 0.1 * k) for k in range(60)], lambda *_: False)
+        listen_to([make_datagram(k, 0.1 * k) for k in range(60)], lambda *_: False)
 
 
 UNNUMBERED = USUAL_LAYOUT.partition(" ")[2]
@@ -161,10 +162,10 @@ def test_a_rigs_clock_that_lies_or_is_not_there_loses_no_sample_and_is_said(
 ):
     monkeypatch.setattr("heli_identifier.live.listening.SILENCE", LONGEST)  # a loaded machine sends with pauses
     form, pauses = read_layout(layout), [(k, pause) for k in range(120)]
-    contents = [datagram(k, clock(k), form) for k in range(120)]
-    _, kept, listening = heard(contents, lambda seen, kept: len(kept) == 120, pauses, layout=form, rate=rate)
-    assert [row[3] for row in kept] == pytest.approx([0.001 * k for k in range(120)])
-    assert [row[0] for row in kept] == pytest.approx([k / listening.rate for k in range(120)], abs=1e-3)
+    contents = [make_datagram(k, clock(k), form) for k in range(120)]
+    _, rows, listening = listen_to(contents, lambda seen, rows: len(rows) == 120, pauses, layout=form, rate=rate)
+    assert [row[3] for row in rows] == pytest.approx([0.001 * k for k in range(120)])
+    assert [row[0] for row in rows] == pytest.approx([k / listening.rate for k in range(120)], abs=1e-3)
     assert pause or listening.rate == 100.0
     assert note.format(listening.rate) in "; ".join(listening.status.notes) in listening.status.line
 
@@ -172,24 +173,24 @@ def test_a_rigs_clock_that_lies_or_is_not_there_loses_no_sample_and_is_said(
 @pytest.mark.parametrize("count, rate", [(1, None), (5, 100.0), (30, None)])
 def test_what_comes_in_before_clock_and_rate_are_known_is_recorded(count, rate):
     """As soon as they are known, from ten samples; or else when the flight ends."""
-    kept, port = [], Port("127.0.0.1", 0, "", LAYOUT)
+    rows, port = [], Port("127.0.0.1", 0, "", LAYOUT)
     listening = Listening(port, rate, CONTRACT)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
         for k in range(count):
-            rig.sendto(datagram(k), port.address)
-    enough = lambda: len(kept) == 30 or 0 < len(listening.unread) < 10  # noqa: E731
-    set(listening.instants(lambda time, signals: kept.append((time, signals[2])), enough))
+            rig.sendto(make_datagram(k), port.address)
+    enough = lambda: len(rows) == 30 or 0 < len(listening.unread) < 10  # noqa: E731
+    set(listening.instants(lambda time, signals: rows.append((time, signals[2])), enough))
     port.close()
-    assert kept == [(pytest.approx(k * H), 0.001 * k) for k in range(count)]
+    assert rows == [(pytest.approx(k * H), 0.001 * k) for k in range(count)]
 
 
 def test_a_stray_datagram_before_the_rigs_first_does_not_lock_the_rig_out(monkeypatch):
-    monkeypatch.setattr("heli_identifier.live.datagrams.FORSAKEN", 0.2)
+    monkeypatch.setattr("heli_identifier.live.datagrams.SENDER_TIMEOUT", 0.2)
     others = [encode(Datagram(7, 99.0, (0.0,) * 5), LAYOUT)]
-    contents = [datagram(k) for k in range(220)]
+    contents = [make_datagram(k) for k in range(220)]
     # what the rig sends before the stray one has been silent for long is lost: a connected socket does not hear it
-    _, kept, listening = heard(contents, lambda seen, kept: len(kept) >= 60, pauses=[(60, 1.0)], others=others)
-    numbers = [round(1000.0 * row[3]) for row in kept]
+    _, rows, listening = listen_to(contents, lambda seen, rows: len(rows) >= 60, pauses=[(60, 1.0)], others=others)
+    numbers = [round(1000.0 * row[3]) for row in rows]
     assert numbers == list(range(numbers[0], numbers[0] + len(numbers))) and numbers[0] >= 60
     assert re.search(r"127.0.0.1:\d+ fell silent; the rig is 127.0.0.1:\d+ since", listening.status.line)
 
@@ -224,7 +225,7 @@ def test_a_disk_that_fills_up_in_flight_leaves_whole_rows(tmp_path):
 def followed(tmp_path_factory):
     """A session that has followed a log as fast as it goes, with the views that it showed."""
     folder = tmp_path_factory.mktemp("session")
-    session = Session(folder, stated(0.003, ["k_x"]))
+    session = Session(folder, parameter_set(0.003, ["k_x"]))
     log, views = read_log(demo_files("rig-c")[1][0], end=12.0), []
     session.run(Player(log, 0.0), lambda: False, views.append)
     session.close()
@@ -253,14 +254,14 @@ def test_the_screen_shows_every_axis_and_every_parameter_and_a_page_that_is_open
         assert word in shown
     with serve_page("127.0.0.1:0", "title") as (url, show):
         show(view)
-        told = json.loads(asked(url, "/view")[1])
-        late = json.loads(asked(url, f"/view?after={view.past[-3]['time']}")[1])
-    assert [told[key] for key in ("title", "time", "mode")] == ["title", view.time, view.mode]
-    assert [due["time"] for due in told["past"]] == [due["time"] for due in view.past] != []
-    assert late == {**told, "past": told["past"][-2:]}
+        document = json.loads(request(url, "/view")[1])
+        late = json.loads(request(url, f"/view?after={view.past[-3]['time']}")[1])
+    assert [document[key] for key in ("title", "time", "mode")] == ["title", view.time, view.mode]
+    assert [due["time"] for due in document["past"]] == [due["time"] for due in view.past] != []
+    assert late == {**document, "past": document["past"][-2:]}
 
 
-def asked(url, path, host=None):
+def request(url, path, host=None):
     connection = http.client.HTTPConnection(url.removeprefix("http://").rstrip("/"), timeout=LONGEST)
     connection.request("GET", path, headers={} if host is None else {"Host": host})
     answer = connection.getresponse()
@@ -272,17 +273,17 @@ def asked(url, path, host=None):
 def test_the_page_loads_nothing_from_elsewhere_and_runs_no_inline_script_and_a_foreign_name_gets_nothing():
     with serve_page("127.0.0.1:0", "title") as (url, _):
         for path, kind in (("/", "text/html"), ("/follow.js", "javascript"), ("/follow.css", "css")):
-            answer, content = asked(url, path)
+            answer, content = request(url, path)
             policy = answer.getheader("Content-Security-Policy")
             assert answer.status == 200 and kind in answer.getheader("Content-Type")
             assert policy.startswith("default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self';")
             assert "http" not in content.replace("http://www.w3.org/2000/svg", "")
             assert not re.search(r"<script>|<style>| style=| on\w+=", content)
-        assert asked(url, "/../etc/passwd")[0].status == 404
+        assert request(url, "/../etc/passwd")[0].status == 404
         for name in ("evil.example", "evil.example:8042", "", "127.0.0.2:80", "[::1", "127.0.0.1.evil"):
-            assert asked(url, "/", name)[0].status == 421
+            assert request(url, "/", name)[0].status == 421
         for name in ("127.0.0.1", "127.0.0.1:8042", "localhost"):  # without a port it is 80
-            assert asked(url, "/", name)[0].status == 200
+            assert request(url, "/", name)[0].status == 200
 
 
 def test_half_open_connections_leave_descriptors_for_the_recording():
@@ -295,4 +296,4 @@ def test_half_open_connections_leave_descriptors_for_the_recording():
             opened.enter_context(socket.create_connection(host))
         sleep(0.3)  # the server is at the first of them
         assert sockets() - before - 3 <= 1
-        assert asked(url, "/")[0].status == 200
+        assert request(url, "/")[0].status == 200

@@ -23,7 +23,7 @@ from heli_plant.plant import measured_angles
 from heli_plant.plant import step as plant_step
 from heli_plant.simulation import simulate
 from heli_plant.state import rest_state, start_state
-from tests.simulated import H, changing, record
+from tests.simulated import H, changing_rig, simulate_record
 
 ANGLES = ("plant.pitch", "plant.elevation", "plant.travel")
 EXACT = 1e-12
@@ -46,7 +46,7 @@ def ran(fmus):
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
     """A log of 20 s of the simulated plant, written with all digits."""
-    held, angles, _ = record(20.01, paper_excitation(1), encoders=False)
+    held, angles, _ = simulate_record(20.01, paper_excitation(1), encoders=False)
     return write_log(Log("log", 1.0 / H, held, angles), tmp_path_factory.mktemp("log") / "log.csv"), held
 
 
@@ -176,7 +176,7 @@ def test_files_of_the_working_folder_are_not_taken_for_modules(ran, tmp_path, mo
 
 
 def test_the_units_give_corrections_and_events_of_the_pure_follower_and_the_plant_predicts_the_sample_to_come(tmp_path):
-    steps, rows = 4100, changing(45.0, TABLE_2._replace(k_z=1.2 * TABLE_2.k_z), 15.0, seed=4)
+    steps, rows = 4100, changing_rig(45.0, TABLE_2._replace(k_z=1.2 * TABLE_2.k_z), 15.0, seed=4)
     table = np.array(rows)
     path = write_log(Log("rig", 1.0 / H, table[:, :2], table[:, 2:]), tmp_path / "log.csv")
     names = ("v_front", "v_rear", "pitch", "elevation", "travel")

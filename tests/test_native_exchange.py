@@ -15,10 +15,10 @@ from heli_plant.parameters import from_names
 from heli_plant.plant import STATES, measured_motion, rates_of_change
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, start_state
-from tests.commands import heli, told
-from tests.diagnosis_example import stated
+from tests.commands import heli, heli_json
+from tests.diagnosis_example import parameter_set
 from tests.hosts.unit_host import Unit
-from tests.units import entries, needs_a_compiler
+from tests.units import read_archive, require_compiler
 
 OUTPUTS = ("pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate")
 VOLTAGES = (1.9, 1.6)
@@ -205,7 +205,7 @@ def test_a_run_that_a_unit_refuses_is_counted_with_its_reason_and_units_in_pytho
 
 @pytest.mark.slow
 def test_the_command_repeats_with_its_seed_and_draws_figure_and_table(tmp_path, files):
-    file = stated(0.05, ["a_wx", "k_x", "a_th"]).write(tmp_path / "parameters.json")
+    file = parameter_set(0.05, ["a_wx", "k_x", "a_th"]).write(tmp_path / "parameters.json")
     given = [f"--fmu={name}={path}" for name, path in files.items()]
     words = ("simulate", "open_loop", "--native", "--runs", 20, "--duration", 2, "--parameters", file, *given)
     figure, table = tmp_path / "runs.svg", tmp_path / "runs.csv"
@@ -215,7 +215,7 @@ def test_the_command_repeats_with_its_seed_and_draws_figure_and_table(tmp_path, 
     assert (answer["runs"], answer["refused"]) == (20, 0)
     pitch = next(row for row in answer["outputs"] if row["name"] == "plant.pitch")
     assert pitch["last_low"] < pitch["last_high"]
-    assert told(*words) == answer != told(*words, "--seed", 1)
+    assert heli_json(*words) == answer != heli_json(*words, "--seed", 1)
     assert "95 % of the runs" in figure.read_text()
     header = table.read_text().splitlines()[0]
     assert "plant.pitch low [rad]" in header and "plant.pitch high [rad]" in header
@@ -223,11 +223,11 @@ def test_the_command_repeats_with_its_seed_and_draws_figure_and_table(tmp_path, 
 
 
 def test_build_and_ssp_write_native_units_of_either_version(tmp_path):
-    needs_a_compiler()
+    require_compiler()
     for fmi, folder in (("2", "linux64"), ("3", "x86_64-linux")):
         words = ("build", "PidController", "--native", "--fmi", fmi, "--output", tmp_path, "--set", "trim=-1.25")
         assert heli(*words).exit_code == 0
-        found = entries(tmp_path / "PidController.fmu")
+        found = read_archive(tmp_path / "PidController.fmu")
         assert f"binaries/{folder}/PidController.so" in found and b"-1.25" in found["sources/variables.c"]
     assert heli("ssp", "open_loop", "--native", "--output", tmp_path / "open.ssp").exit_code == 0
-    assert "sources/model.c" in entries(io.BytesIO(entries(tmp_path / "open.ssp")["resources/plant.fmu"]))
+    assert "sources/model.c" in read_archive(io.BytesIO(read_archive(tmp_path / "open.ssp")["resources/plant.fmu"]))

@@ -22,9 +22,9 @@ from fmu_src.errors import Untranslatable
 from fmu_src.native import NATIVE_UNITS
 from fmu_src.native.toolchain import ARM_LINUX, WINDOWS, find_compiler
 from fmu_src.native.translator.program import Translation
-from tests.commands import ran
+from tests.commands import run_program
 from tests.hosts.unit_host import Unit
-from tests.units import HOSTS, c_compiler, compiled, described, entries, library, needs_a_compiler
+from tests.units import HOSTS, c_compiler, compile_c, describe_unit, load_library, read_archive, require_compiler
 
 HOST = HOSTS / "native_host.c"
 STEPS = 1000
@@ -43,16 +43,16 @@ def sources_of(folder):
 
 
 def run(host, library, folder, log, **environment):
-    guid, text, references = described(folder)
+    guid, text, references = describe_unit(folder)
     environment = {"PATH": os.environ["PATH"], "HOME": os.environ.get("HOME", "/"), **environment}
-    done = ran([*host, library, guid, STEPS, text, log, *references], env=environment)
+    done = run_program([*host, library, guid, STEPS, text, log, *references], env=environment)
     return [float(line) for line in done.stdout.split()]
 
 
 @pytest.fixture(scope="module")
 def host(tmp_path_factory):
     target = tmp_path_factory.mktemp("host") / "native_host"
-    return compiled(c_compiler(own=True), [HOST], target, "-O1", "-Wall", "-Wextra", "-Werror")
+    return compile_c(c_compiler(own=True), [HOST], target, "-O1", "-Wall", "-Wextra", "-Werror")
 
 
 SMALL = ("PidController", "LogPlayer")  # they compile quickly; one only calculates, one reads a file
@@ -65,12 +65,12 @@ def test_every_optimisation_has_the_same_bits_and_sanitizers_find_nothing(opened
     """Without a warning, but for unused parameters: the laws of all effects share one list of arguments. Sanitizers see
     addresses, leaks, undefined behaviour, and floats that do not fit an integer."""
     flags = [*level.split(), "-Wall", "-Wextra", "-Wpedantic", "-Wno-unused-parameter", "-Werror"]
-    own = compiled(c_compiler(own=True), sources_of(opened[unit]), tmp_path / f"{unit}.so", *flags, "-shared", "-fPIC")
-    program = compiled(c_compiler(own=True), [HOST], tmp_path / "host", *level.split()) if level is SANITIZED else host
+    own = compile_c(c_compiler(own=True), sources_of(opened[unit]), tmp_path / f"{unit}.so", *flags, "-shared", "-fPIC")
+    program = compile_c(c_compiler(own=True), [HOST], tmp_path / "host", *level.split()) if level is SANITIZED else host
     delivered = opened[unit] / f"binaries/linux64/{unit}.so"
     expected = run([str(host)], delivered, opened[unit], log)
     assert run([str(program)], own, opened[unit], log, ASAN_OPTIONS="detect_leaks=1") == expected != []
-    assert "python" not in ran(["ldd", delivered]).stdout
+    assert "python" not in run_program(["ldd", delivered]).stdout
 
 
 def test_the_binary_for_arm_gives_the_bits_of_that_for_x86(host, log, tmp_path):
@@ -78,13 +78,14 @@ def test_the_binary_for_arm_gives_the_bits_of_that_for_x86(host, log, tmp_path):
     emulator, root = shutil.which("qemu-aarch64"), Path("/usr/aarch64-linux-gnu")
     if emulator is None or not root.is_dir():
         pytest.skip("this machine has no qemu-aarch64 with libc6-arm64-cross")
-    needs_a_compiler(ARM_LINUX)
-    found = " ".join(entries(build("HelicopterPlant", tmp_path, all_platforms=True, fmi=3, native=True)))
+    require_compiler(ARM_LINUX)
+    found = " ".join(read_archive(build("HelicopterPlant", tmp_path, all_platforms=True, fmi=3, native=True)))
     assert "binaries/aarch64-linux/" in found and "binaries/aarch64-darwin/" in found
     extract(build("HelicopterPlant", tmp_path, native=True), tmp_path / "fmi2")
     own = sources_of(tmp_path / "fmi2")
-    there = compiled(find_compiler(ARM_LINUX), own, tmp_path / "arm.so", "-O2", "-ffp-contract=off", "-shared", "-fPIC")
-    program = compiled(find_compiler(ARM_LINUX), [HOST], tmp_path / "arm", "-O1", "-ffp-contract=off")
+    compiler = find_compiler(ARM_LINUX)
+    there = compile_c(compiler, own, tmp_path / "arm.so", "-O2", "-ffp-contract=off", "-shared", "-fPIC")
+    program = compile_c(compiler, [HOST], tmp_path / "arm", "-O1", "-ffp-contract=off")
     native = tmp_path / "fmi2/binaries/linux64/HelicopterPlant.so"
     assert run([emulator, "-L", str(root), str(program)], there, tmp_path / "fmi2", log) == run(
         [str(host)], native, tmp_path / "fmi2", log
@@ -103,8 +104,8 @@ def test_the_windows_binary_runs_under_wine(opened, host, log, tmp_path, unit):
     wine = shutil.which("wine")
     if wine is None:
         pytest.skip("this machine has no Wine")
-    needs_a_compiler(WINDOWS)
-    program = compiled(find_compiler(WINDOWS), [HOST], tmp_path / "host.exe", "-O1")
+    require_compiler(WINDOWS)
+    program = compile_c(find_compiler(WINDOWS), [HOST], tmp_path / "host.exe", "-O1")
     there = run(
         [wine, str(program)], opened[unit] / f"binaries/win64/{unit}.dll", opened[unit], f"Z:{log}", WINEDEBUG="-all",
         WINEPREFIX=os.environ.get("WINEPREFIX", str(Path.home() / ".wine")),
@@ -186,7 +187,7 @@ KINDS = {float: ctypes.c_double, int: ctypes.c_int64}
 def built(tmp_path_factory):
     translation = Translation()
     units = {f: translation.translate_entry(f) for f in FUNCTIONS}
-    made = library(tmp_path_factory.mktemp("c"), translation)
+    made = load_library(tmp_path_factory.mktemp("c"), translation)
 
     def call(function, *arguments):
         c, kinds = getattr(made, units[function].name), function.__annotations__

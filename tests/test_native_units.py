@@ -17,7 +17,7 @@ from heli_plant.parameters import BY_FIELD
 from tests.hosts.unit_host import Unit
 from tests.simulated import random_tables
 from tests.test_fmu_builder import findings
-from tests.units import entries, host, written_orders
+from tests.units import read_archive, run_host, write_orders
 
 ANGLES = {"pitch": [-0.6, 0.6], "elevation": [-0.5, 0.5], "travel": [-1.0, 3.0]}
 VOLTAGES = {"v_front": [-5.0, 7.0], "v_rear": [-5.0, 7.0]}
@@ -92,7 +92,7 @@ def test_a_native_unit_of_either_version_of_fmi_has_the_bits_of_the_pythonfmu_un
     builds = (fmus[unit], twins[unit], twins[unit, 3])
     (tmp_path / "played.csv").write_text(HEADER + ROWS)
     player = [order({"log.path": str(tmp_path / "played.csv"), "log.start": 0.2}, {}, 300)]
-    for run in host("lockstep.py", *builds, written_orders(tmp_path, ORDERS.get(unit, player))):
+    for run in run_host("lockstep.py", *builds, write_orders(tmp_path, ORDERS.get(unit, player))):
         assert run["different"] == 0 and run["status"] == [0, 0, 0], run
 
 
@@ -135,7 +135,7 @@ answer([different[:2], played])
 """
     (tmp_path / "good.csv").write_text("note," + HEADER + "".join(f'"a, ""b""",{row}\n' for row in ROWS.split()[:5]))
     paths = [fmus["LogPlayer"], twins["LogPlayer"], tmp_path / "good.csv", tmp_path / "odd.csv"]
-    different, played = host(IN_BOTH + script, *paths)
+    different, played = run_host(IN_BOTH + script, *paths)
     assert different == []
     assert 100 < played < 500
 
@@ -149,7 +149,7 @@ answer([different[:2], played])
 ])  # fmt: skip
 def test_what_the_initialisation_refuses_is_said_as_python_says_it(fmus, twins, unit, parameters, reason):
     script = IN_BOTH + "answer([said(Unit(path), json.loads(sys.argv[3]))[::2] for path in sys.argv[1:3]])"
-    (_, theirs), (status, ours) = host(script, fmus[unit], twins[unit], json.dumps(parameters))
+    (_, theirs), (status, ours) = run_host(script, fmus[unit], twins[unit], json.dumps(parameters))
     assert status == 3 and reason in ours and ours == theirs
 
 
@@ -160,7 +160,7 @@ def first_refused(unit):
     return next(k for k in range(100) if unit.step(0.01 * k, 0.01)), unit.shown(), unit.log[-1][2]
 answer([first_refused(Unit(path)) for path in sys.argv[1:]])
 """
-    ours, theirs = host(script, fmus["StateFeedback"], twins["StateFeedback"])
+    ours, theirs = run_host(script, fmus["StateFeedback"], twins["StateFeedback"])
     assert ours == theirs and ours[1] == [5.0, 0.0] and "no finite voltages follow" in ours[2]
 
 
@@ -207,7 +207,7 @@ def tried(player, log, other):
     return seen + player.get("pitch"), player.step(0.01, 0.01), player.log[-1][2]
 answer([tried(Unit(path), *sys.argv[3:]) for path in sys.argv[1:3]])
 """
-    ours, theirs = host(script, fmus["LogPlayer"], twins["LogPlayer"], log, tmp_path / "other.csv")
+    ours, theirs = run_host(script, fmus["LogPlayer"], twins["LogPlayer"], log, tmp_path / "other.csv")
     assert ours == theirs and ours[:2] == [[0.1, 0, 0.4, 0.1], 0]
     assert "other.csv cannot be read: No such file or directory" in ours[2]
 
@@ -231,7 +231,7 @@ step(native, 0.0, 0.01, 0.0), step(native, 0.01, 900.0, 0.2)
 last = step(native, 900.01, 0.01, 0.1)
 answer([shown[0] == shown[1], last, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before])
 """
-    same, status, more = host(script, fmus["AdaptiveIdentifier"], twins["AdaptiveIdentifier"])
+    same, status, more = run_host(script, fmus["AdaptiveIdentifier"], twins["AdaptiveIdentifier"])
     assert same and status == 0
     assert more < 20_000, f"{more} kB"
 
@@ -240,7 +240,8 @@ answer([shown[0] == shown[1], last, resource.getrusage(resource.RUSAGE_SELF).ru_
 def test_fmpy_finds_no_problem_and_all_variables_are_those_of_the_pythonfmu_unit(fmus, twins, unit):
     assert validate_fmu(str(twins[unit])) == validate_fmu(str(twins[unit, 3])) == []
     assert [text for text in findings(twins[unit]) if "no binary" not in text] == []
-    ours, theirs = (ElementTree.fromstring(entries(path)["modelDescription.xml"]) for path in (twins[unit], fmus[unit]))
+    paths = (twins[unit], fmus[unit])
+    ours, theirs = (ElementTree.fromstring(read_archive(path)["modelDescription.xml"]) for path in paths)
     for part in ("ModelVariables", "ModelStructure"):
         assert ElementTree.tostring(ours.find(part)) == ElementTree.tostring(theirs.find(part))
     old, (*new, time) = (
@@ -252,7 +253,7 @@ def test_fmpy_finds_no_problem_and_all_variables_are_those_of_the_pythonfmu_unit
 
 
 def test_sources_and_their_description_are_always_there(tmp_path, twins):
-    names = entries(twins["PidController"])
+    names = read_archive(twins["PidController"])
     described, root = (
         ElementTree.fromstring(names[name]) for name in ("sources/buildDescription.xml", "modelDescription.xml")
     )
@@ -277,7 +278,7 @@ def test_without_a_compiler_the_unit_holds_its_sources_and_the_user_is_told_what
     from fmu_src.native import missing_compilers
 
     unit = build("PidController", tmp_path, native=True)
-    assert not [name for name in entries(unit) if name.startswith("binaries")]
+    assert not [name for name in read_archive(unit) if name.startswith("binaries")]
     said = missing_compilers()
     assert said.startswith("there is no C compiler for linux64 and win64, the units hold sources")
     assert "pip install 'heli-twin[native]'" in said

@@ -21,8 +21,8 @@ from heli_identifier.tools.history import combine_histories, identify_log
 from heli_identifier.tools.identification import choose_method
 from heli_plant.parameters import TABLE_2
 from tests.blind.windy import windy_rig
-from tests.commands import told
-from tests.simulated import H, closed_loop, drive, identified, multisines, noisy, record
+from tests.commands import heli_json
+from tests.simulated import H, closed_loop_log, drive, multisines, noisy_log, run_identifier, simulate_record
 
 FILTER = discretise(1.0, 0.7, H, 0.08)
 USUAL = whitening(log(7.0), log(0.8), FILTER, H)
@@ -31,13 +31,13 @@ USUAL = whitening(log(7.0), log(0.8), FILTER, H)
 def run(log_, method, **settings):
     """Return state and output of the identifier after a log, standard errors evaluated near its end."""
     asked = online.IdentifierSettings(method=method, report_interval=0.5, **settings)
-    return identified(log_.voltages, log_.angles, asked)
+    return run_identifier(log_.voltages, log_.angles, asked)
 
 
 @cache
 def flown(seed, method):
     """40 s under the PID with a period of delay, torques of .003 rad/s^2, encoders."""
-    return run(closed_loop(TABLE_2, 40.0, seed), method)
+    return run(closed_loop_log(TABLE_2, 40.0, seed), method)
 
 
 def whitened(x, w):
@@ -108,15 +108,15 @@ def test_in_closed_loop_prediction_errors_hold_where_the_adaptation_is_wrong_and
 
 
 def test_the_loop_is_seen_to_be_closed_by_both_methods_and_open_where_it_is():
-    voltages, angles, _ = record(30.0, multisines(1, 30.0))
-    excited = replace(closed_loop(TABLE_2, 0.1, 0), voltages=voltages, angles=angles)
+    voltages, angles, _ = simulate_record(30.0, multisines(1, 30.0))
+    excited = replace(closed_loop_log(TABLE_2, 0.1, 0), voltages=voltages, angles=angles)
     for method in (online.ADAPTATION, online.PREDICTION_ERROR):
         assert max(map(abs, flown(0, method)[1].feedback)) > online.CLOSED
         assert max(map(abs, run(excited, method)[1].feedback)) < online.CLOSED
 
 
 def test_a_wrong_lag_is_found_and_no_longer_turns_up_as_negative_damping():
-    log_ = closed_loop(TABLE_2._replace(T_m=0.12), 40.0, 7)
+    log_ = closed_loop_log(TABLE_2._replace(T_m=0.12), 40.0, 7)
     _, assumed = run(log_, online.PREDICTION_ERROR, lag_known=True)
     _, found = run(log_, online.PREDICTION_ERROR)
     assert found.lag.value == pytest.approx(0.12, abs=3.0 * found.lag.standard_error)
@@ -130,8 +130,8 @@ def test_a_log_at_500_hz_is_taken_every_10_ms_with_the_mean_of_its_voltages():
     fast[:5] = 1.0  # so that both begin at the same voltage
     angles = np.repeat(0.2 * rng.standard_normal((300, 3)).cumsum(axis=0) * 0.05, 5, axis=0)
     settings = online.IdentifierSettings(method=online.PREDICTION_ERROR)
-    _, output_fast = identified(fast[:1496], angles[:1496], replace(settings, sample_time=0.002))
-    _, output = identified(fast.reshape(300, 5, 2).mean(axis=1), angles[::5], settings)
+    _, output_fast = run_identifier(fast[:1496], angles[:1496], replace(settings, sample_time=0.002))
+    _, output = run_identifier(fast.reshape(300, 5, 2).mean(axis=1), angles[::5], settings)
     # The same sums in another order.
     assert output_fast.parameters == pytest.approx(output.parameters, rel=1e-6, abs=1e-9)
 
@@ -154,7 +154,7 @@ def test_what_is_kept_of_a_sample_is_the_product_of_what_its_parts_keep_and_a_lo
         parts = [kept_information(last, 100, H) for last in range(99, count, 100)]
         # a part that begins after 72 s counts as 1; it would forget less than 2e-5
         assert kept_information(count - 1, count, H) == pytest.approx(np.prod(parts), rel=1e-4)
-    log_ = closed_loop(TABLE_2, 98.0, 2)
+    log_ = closed_loop_log(TABLE_2, 98.0, 2)
     flights = [replace(log_, voltages=log_.voltages[:k], angles=log_.angles[:k]) for k in (6800, 7800, 9800)]
     errors = np.array([run(one, PREDICTION_ERROR)[1].standard_errors for one in flights])
     # early samples are forgotten until 72 s; a standard error from 16 to 32 blocks is itself known to a fifth
@@ -163,7 +163,7 @@ def test_what_is_kept_of_a_sample_is_the_product_of_what_its_parts_keep_and_a_lo
 
 @pytest.fixture(scope="module")
 def two_flights():
-    return hi.identify([closed_loop(TABLE_2, 25.0, seed, f"flight {seed}") for seed in (1, 2)])
+    return hi.identify([closed_loop_log(TABLE_2, 25.0, seed, f"flight {seed}") for seed in (1, 2)])
 
 
 def test_logs_flown_by_a_controller_are_identified_by_prediction_errors_and_within_their_intervals(two_flights):
@@ -198,7 +198,7 @@ def test_logs_together_are_the_product_of_their_likelihoods_and_one_prior(two_fl
 
 def test_logs_of_different_rates_together_do_not_depend_on_their_order():
     """Every second sample of a flight, with the mean of the voltages that were held, is a flight at half the rate."""
-    fast, whole = (closed_loop(TABLE_2, 12.0, seed, f"flight {seed}") for seed in (1, 2))
+    fast, whole = (closed_loop_log(TABLE_2, 12.0, seed, f"flight {seed}") for seed in (1, 2))
     voltages = whole.voltages[: 2 * (whole.samples // 2)].reshape(-1, 2, 2).mean(axis=1)
     slow = Log("slow", 0.5 / whole.step, voltages, whole.angles[::2][: len(voltages)])
     histories = [
@@ -212,13 +212,13 @@ def test_logs_of_different_rates_together_do_not_depend_on_their_order():
 
 
 def test_logs_in_open_loop_are_identified_by_the_papers_adaptation_and_a_lag_that_was_given_is_said(two_flights):
-    found = hi.identify(noisy(TABLE_2, drive(30.0), 1))
+    found = hi.identify(noisy_log(TABLE_2, drive(30.0), 1))
     assert found.choice.method == ADAPTATION
     assert "no controller flew the rig" in found.remarks[0]
     assert "T_m" not in found.estimates
     assert "the motors' lag was taken for 0.08 s" in " ".join(found.remarks)
     assert "lag was taken" not in " ".join(two_flights.remarks)  # estimated along
-    found = hi.identify(closed_loop(TABLE_2, 25.0, 1), method=ADAPTATION)
+    found = hi.identify(closed_loop_log(TABLE_2, 25.0, 1), method=ADAPTATION)
     assert "wrong there by more than its intervals say" in found.warnings[0]
 
 
@@ -249,6 +249,6 @@ def test_look_says_who_flew_accuses_a_bare_rig_of_nothing_and_finds_its_gains_in
     assert all(axis in moved for axis in ("pitch", "elevation", "travel"))
     assert all(name in gains for name in GAINS)  # each is either determined or named as missing
     paths = [write_log(log, tmp_path / f"{log.name}.csv") for log in logs[:2]]
-    found = told("look", *paths)
+    found = heli_json("look", *paths)
     assert found["closed_loop"] and set(found["gains"]) == set(GAINS)
     assert found["movement_counts"]["pitch"] > 10.0

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from importlinter.cli import lint_imports
 
-from tests.commands import python
+from tests.commands import run_python
 
 ROOT = Path(__file__).parent.parent
 
@@ -31,7 +31,7 @@ def test_imports_keep_their_direction(monkeypatch):
 ])  # fmt: skip
 def test_what_takes_long_to_import_is_imported_by_those_who_need_it(module, without):
     program = f"import sys, {module}; print([name for name in {without!r} if name in sys.modules])"
-    assert python(program, cwd=ROOT).stdout.strip() == "[]"
+    assert run_python(program, cwd=ROOT).stdout.strip() == "[]"
 
 
 LOCKED = (ROOT / "requirements" / "demo.txt").read_text(encoding="utf-8")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.faults.case import tried
+from tests.faults.case import try_fault
 from tests.faults.page import FAULTS, PAGE, SECTIONS, cell
 
 # Faults that need processes of their own take seconds each: the first of every third section, and every third FMU that
@@ -22,7 +22,7 @@ CASES = [
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("fault", CASES)
 def test_a_fault_gets_one_sentence_and_its_exit_code_and_leaves_nothing_behind(tmp_path, fault):
-    answer = tried(fault, tmp_path)
+    answer = try_fault(fault, tmp_path)
     assert answer.code == fault.code, answer.printed
     assert fault.said in answer.sentence, answer.printed
     assert "Traceback" not in answer.printed

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from heli_identifier.results.report import report_page
-from tests.diagnosis_example import example
+from tests.diagnosis_example import example_diagnosis
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 FLAGS = (
@@ -126,7 +126,7 @@ Math.min(...Array.from(document.querySelectorAll('svg.figure text')).map(t =>
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     file = tmp_path_factory.mktemp("page") / "report.html"
-    file.write_text(report_page(example(), "rig"), encoding="utf-8")
+    file.write_text(report_page(example_diagnosis(), "rig"), encoding="utf-8")
     return file
 
 

@@ -15,7 +15,7 @@ from heli_identifier.results.report import experiments_of, report_page
 from heli_identifier.results.svg import Axes, figure, thin_line, ticks
 from heli_identifier.results.tables import effect_table, error_table, gain_table
 from heli_identifier.tracing import Determination, LogFault
-from tests.diagnosis_example import adequate, example, made_log
+from tests.diagnosis_example import adequate_diagnosis, example_diagnosis, simulated_log
 
 
 class Page(HTMLParser):
@@ -42,7 +42,7 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def text():
-    return report_page(example(), "the <rig>")
+    return report_page(example_diagnosis(), "the <rig>")
 
 
 def test_the_page_is_whole_small_and_fetches_nothing_and_text_of_the_user_is_no_markup(text):
@@ -50,7 +50,7 @@ def test_the_page_is_whole_small_and_fetches_nothing_and_text_of_the_user_is_no_
     assert page.open == [] and len(page.ids) == len(set(page.ids)) and len(text.encode()) < 1_000_000
     assert all(address.startswith(("#", "data:")) for address in page.addresses)
     assert not re.search(r"@import|url\((?!#)|<script", text)
-    assert text == report_page(example(), "the <rig>")
+    assert text == report_page(example_diagnosis(), "the <rig>")
     assert "the &lt;rig&gt;" in text and "train &lt;1&gt;.csv" in text and "<rig>" not in text
 
 
@@ -70,20 +70,20 @@ def test_the_first_screen_answers_what_a_laboratory_asks(text):
 
 
 def test_what_is_not_in_the_plant_faults_of_logs_a_second_log_and_a_noise_floor_that_is_none_are_shown_as_such(text):
-    whole = example()
+    whole = example_diagnosis()
     alone = replace(whole, effects=tuple(replace(own, in_plant=False) for own in whole.effects), possible=())
     page = report_page(alone, "rig")
     assert "No effect that is shown." in page and "not in the plant" in page
     assert "The model lacks" not in words.verdict_line(alone)
     # faults of the logs and remarks stand before the details
     late = LogFault("late", "pitch", "A late column", advice="Fix it.")
-    notes = ("A late column. Fix it.", *example().notes)
-    page = report_page(replace(example(), faults=(late,), notes=notes), "rig")
+    notes = ("A late column. Fix it.", *example_diagnosis().notes)
+    page = report_page(replace(example_diagnosis(), faults=(late,), notes=notes), "rig")
     assert page.count("A late column") == 1
     assert page.index("A late column. Fix it") < page.index("voltages reach 5.10 V") < page.index("<h2>Details</h2>")
     # each held-out log has its residuals, and the first one the overlay
     count = '<svg class="figure"'
-    two = report_page(example([made_log(name="one"), made_log(seed=2, name="two")]), "rig")
+    two = report_page(example_diagnosis([simulated_log(name="one"), simulated_log(seed=2, name="two")]), "rig")
     assert two.count(count) == text.count(count) + 6
     nothing = ErrorFigure(0.0, 0.0, 0.0)
     pitch = replace(whole.axes["pitch"], noise_floor=AxisError(nothing, nothing, nothing, nothing))
@@ -92,29 +92,29 @@ def test_what_is_not_in_the_plant_faults_of_logs_a_second_log_and_a_noise_floor_
 
 
 def test_the_first_experiment_is_the_one_that_settles_most():
-    whole = example()
+    whole = example_diagnosis()
     (gain, first), *others = experiments_of(whole)
     assert gain == ["travel gain"] and first.startswith("Lean the pitch")
     assert any("Turn the travel fast." in text and len(names) == 3 for names, text in others)
-    settled = replace(adequate(), parameters={}, catalogue=())
+    settled = replace(adequate_diagnosis(), parameters={}, catalogue=())
     assert experiments_of(settled) == []
     assert "These logs leave no question open" in report_page(settled, "rig")
 
 
 def test_tables_name_the_effect_its_size_what_could_stand_in_for_it_the_leading_error_and_what_gains_rest_on():
-    rows = {row[0]: row[1:] for row in effect_table(example()).rows}
+    rows = {row[0]: row[1:] for row in effect_table(example_diagnosis()).rows}
     assert rows["Dry friction on the pitch"][:2] == ("shown", "0.0250 ± 0.0012 rad/s²")
     assert rows["Arm bending on the elevation"][-1] == "ground effect on the elevation"
     assert rows["A periodic torque on the elevation at 0.700 Hz"][-2] == "no"
     assert rows["Motor lag of the rotors"][0] == "possible"
-    assert effect_table(adequate()).rows == []
-    assert "3 of" in words.verdict_line(adequate())
+    assert effect_table(adequate_diagnosis()).rows == []
+    assert "3 of" in words.verdict_line(adequate_diagnosis())
     # under a controller the errors that its voltages answer do not lead
-    flown = replace(example(), closed_loop=True)
+    flown = replace(example_diagnosis(), closed_loop=True)
     assert error_table(flown).rows[0][1] == ".1 s ahead"
     assert "decide nothing here" in words.held_out_sentence(flown) and "error .2 s ahead" in report_page(flown, "rig")
     # a gain that references contradict or that was given is said to be
-    whole = example()
+    whole = example_diagnosis()
     against = replace(whole.parameters["k_x"], contradicted=True, determination=Determination.NOT_DETERMINED)
     rows = gain_table(replace(whole, parameters={**whole.parameters, "k_x": against})).rows
     assert [row[3] for row in rows] == ["contradicted", "determined from outside", "not determined"]

@@ -32,9 +32,9 @@ from heli_identifier.tracing import Verdict
 from heli_plant.tabulated_torque import KNOTS
 from tests.blind.generator import make_rig
 from tests.blind.windy import windy_rig
-from tests.diagnosis_example import AFTER, adequate, example, made_log
+from tests.diagnosis_example import AFTER, adequate_diagnosis, example_diagnosis, simulated_log
 
-EXAMPLE = example([made_log(5.0)])
+EXAMPLE = example_diagnosis([simulated_log(5.0)])
 
 CARD = {
     Use.CONTROL: "usable for prediction over {} and control",
@@ -167,7 +167,7 @@ def test_no_sentence_of_a_diagnosed_rig_contradicts_its_document(logs):
 
 
 def test_an_effect_has_coefficient_error_unit_and_shape_and_a_number_that_is_not_finite_is_null():
-    friction, bending, line, curve = json.loads(document_text(example().to_dict()))["effects"]
+    friction, bending, line, curve = json.loads(document_text(example_diagnosis().to_dict()))["effects"]
     assert (friction["name"], friction["axis"], friction["verdict"]) == ("dry_friction", "pitch", "shown")
     assert friction["coefficient"] == {"value": 0.025, "standard_error": 0.0006, "unit": "rad/s^2"}
     assert bending["alternatives"] == [["ground_effect", "elevation"]]
@@ -176,7 +176,7 @@ def test_an_effect_has_coefficient_error_unit_and_shape_and_a_number_that_is_not
     assert (curve["in_plant"], curve["shape"]["kind"], len(curve["shape"]["curve"][0])) == (True, "curve", 2)
     # json would write Infinity, which no other parser takes
     assert to_plain({"a": float("inf"), "b": [float("nan"), 1.0]}) == {"a": None, "b": [None, 1.0]}
-    entries = example().to_dict()["catalogue"]
+    entries = example_diagnosis().to_dict()["catalogue"]
     blind = next(entry for entry in entries if entry["name"] == "inertial_coupling")
     assert blind["estimate"]["standard_error"] is None
 
@@ -185,7 +185,7 @@ def test_parameters_read_back_are_the_corrected_plant_with_its_table_to_the_last
     table = {f"table_torque_{k}_travel": 0.01 * k for k in range(1, KNOTS + 1)}
     plant = AFTER._replace(table_variable_travel=3.0, table_spacing_travel=0.3, **table)
     torque = Estimate(0.02, 0.001, "rad/s^2")
-    found = replace(example(), plant_after=plant, effects_after={"table_torque_2_travel": torque})
+    found = replace(example_diagnosis(), plant_after=plant, effects_after={"table_torque_2_travel": torque})
     written = corrected_parameters(found)
     read = read_parameters(written.write(tmp_path / "parameters.json"))
     assert (read.values, read.expected) == (written.values, written.expected)
@@ -195,14 +195,14 @@ def test_parameters_read_back_are_the_corrected_plant_with_its_table_to_the_last
 
 
 def test_the_limit_of_an_axis_is_a_multiple_of_the_larger_of_error_and_noise_floor():
-    parameters = corrected_parameters(example())
+    parameters = corrected_parameters(example_diagnosis())
     expected = parameters.expected["pitch"]
     assert parameters.limits(1.5)["pitch"] == 1.5 * expected.prediction_1s_rad.value
     quiet = replace(parameters, expected={**parameters.expected, "pitch": replace(expected, noise_floor_rad=1.0)})
     assert quiet.limits(1.5)["pitch"] == 1.5
 
 
-@pytest.mark.parametrize("made", [example, adequate])
+@pytest.mark.parametrize("made", [example_diagnosis, adequate_diagnosis])
 def test_a_diagnosis_is_read_back_as_the_value_that_was_written_and_a_damaged_entry_is_named(made, tmp_path):
     file, found, document = tmp_path / "diagnosis.json", made(), made().to_dict()
     file.write_text(document_text(document), encoding="utf-8")
@@ -218,5 +218,5 @@ def test_a_diagnosis_is_read_back_as_the_value_that_was_written_and_a_damaged_en
 
 def test_every_key_of_a_document_is_on_the_reference_page():
     keys = dict(reference_rows(DiagnosisFile))
-    assert set(example().to_dict()) <= set(keys)
+    assert set(example_diagnosis().to_dict()) <= set(keys)
     assert "axes.<name>.after" in keys and "standard_error" in keys["effects[].coefficient"] and keys["effects[].score"]

@@ -21,7 +21,7 @@ from heli_identifier.tracing.settings import NOISE_WIDTH, PER_LOG
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
-from tests.simulated import H, closed_loop, drive, process_noise, rest
+from tests.simulated import H, closed_loop_log, drive, process_noise, start_at_rest
 
 LEVEL, RATE = np.array([0.1, 0.04, 0.015]), 2.5
 """Torque of windy air [rad/s^2] and its rate [1/s]."""
@@ -44,7 +44,7 @@ def model(parameters=TABLE_2, noise=NOISE):
 
 def recorded(parameters, v, seed, air):
     """Angles of a plant in open loop in a torque, with white noise of the encoders."""
-    angles = RIG.simulate(v, H, np.array(rest(parameters, v), dtype=float), parameters, air)
+    angles = RIG.simulate(v, H, np.array(start_at_rest(parameters, v), dtype=float), parameters, air)
     return angles + NOISE * np.random.default_rng(seed).standard_normal(angles.shape)
 
 
@@ -56,11 +56,11 @@ def windy(seed, seconds=60.0):
 
 def flown(seed, seconds=60.0):
     """The same under a controller."""
-    return closed_loop(TABLE_2, seconds, seed, f"flown{seed}", torque)
+    return closed_loop_log(TABLE_2, seconds, seed, f"flown{seed}", torque)
 
 
-EXACT = Log("exact", 1.0 / H, VOLTAGES, simulate(VOLTAGES, H, rest(TABLE_2, VOLTAGES), TABLE_2)[1])
-EXACT_RECORD = replace(record_of(EXACT, RIG), start=np.array(rest(TABLE_2, VOLTAGES), dtype=float))
+EXACT = Log("exact", 1.0 / H, VOLTAGES, simulate(VOLTAGES, H, start_at_rest(TABLE_2, VOLTAGES), TABLE_2)[1])
+EXACT_RECORD = replace(record_of(EXACT, RIG), start=np.array(start_at_rest(TABLE_2, VOLTAGES), dtype=float))
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +90,7 @@ def test_the_true_plant_predicts_an_exact_record_from_the_filters_state():
     for name in ("prediction_1s", "prediction_2s"):
         assert np.sqrt(np.nanmean(errors[name] ** 2)) < 0.0015
     # and its errors are those of a simulation from the same state
-    states = simulate(VOLTAGES, H, rest(TABLE_2, VOLTAGES), TABLE_2)[0]
+    states = simulate(VOLTAGES, H, start_at_rest(TABLE_2, VOLTAGES), TABLE_2)[0]
     np.testing.assert_allclose([own[:12] for _, _, own in run.starts], states[run.at], rtol=0.0, atol=1e-9)
     wrong = Run.along(model(TABLE_2._replace(a_1=TABLE_2.a_1 + 0.05)), EXACT_RECORD, np.zeros(3))
     difference = run.errors()["prediction_1s"] - wrong.errors()["prediction_1s"]
@@ -257,7 +257,7 @@ def test_use_follows_from_the_gain_and_from_predictions_and_what_a_gain_rests_on
 def test_plant_and_recovered_controller_fly_a_log_again():
     """In calm air the true plant errs by the encoders' noise and its start; gains 20 % off err more than twice that."""
     (laws,) = controllers_of([flown(4, 30.0)])
-    log = closed_loop(TABLE_2, 45.0, 3, "again", lambda count, seed: np.zeros((count, 3)))
+    log = closed_loop_log(TABLE_2, 45.0, 3, "again", lambda count, seed: np.zeros((count, 3)))
     assert {law.channel for law in laws} == {"v_front - v_rear", "v_front + v_rear"}
     record, errors = record_of(log, RIG), {}
     for name, plant in (("true", TABLE_2), ("wrong", TABLE_2._replace(k_x=0.8 * TABLE_2.k_x, k_z=0.8 * TABLE_2.k_z))):

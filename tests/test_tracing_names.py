@@ -23,7 +23,7 @@ from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2
 from heli_plant.tabulated_torque import KNOTS, tabulated_torque
 from tests.blind.windy import windy_rig
-from tests.simulated import H, drive, noisy
+from tests.simulated import H, drive, noisy_log
 from tests.test_tracing_likelihood import logs_of
 
 
@@ -54,7 +54,7 @@ def test_a_clean_rig_is_accused_of_nothing_and_in_calm_air_gets_no_mechanics_tha
 def test_rounding_by_the_encoders_does_not_become_friction_in_long_flights():
     """In 1500 s slow turns that an encoder rounds are worth more than 8 nats as sticking; a clean rig has none."""
     torque = np.array([0.02, 0.01, 0.004])
-    logs = [noisy(TABLE_2, drive(500.0, k), 10 + k, deviation=torque, name=f"{k}") for k in range(3)]
+    logs = [noisy_log(TABLE_2, drive(500.0, k), 10 + k, deviation=torque, name=f"{k}") for k in range(3)]
     likelihood = likelihood_of(logs)
     selection = select(fit_log_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
     assert max(own.score for own in selection.scores.values()) > 8.0
@@ -149,7 +149,7 @@ def test_a_forbidden_sign_scores_nothing_and_the_instant_of_a_step_is_found_by_t
 def test_a_law_is_drawn_as_smooth_as_its_data():
     """A delay acts where voltages jump: were its law smoothed less than the data, these would lie on half its slope."""
     plant = TABLE_2._replace(input_delay_rotors=0.06)
-    log = noisy(plant, drive(60.0, 3), 3, name="late")
+    log = noisy_log(plant, drive(60.0, 3), 3, name="late")
     rig = helicopter([log])
     effect = next(own for own in rig.effects if own.name == "input_delay")
     *_, residual, law = rig.partial_residual(record_of(log, rig), plant, TABLE_2, effect)
@@ -158,7 +158,7 @@ def test_a_law_is_drawn_as_smooth_as_its_data():
 
 def test_a_law_that_another_seems_to_replace_leaves_only_around_a_fit_of_both():
     """The quadratic form around a fit of one law misjudges what a rival leaves to it."""
-    logs = [noisy(TABLE_2._replace(dry_friction_pitch=0.04), drive(60.0, k), 10 + k, name=f"{k}") for k in range(3)]
+    logs = [noisy_log(TABLE_2._replace(dry_friction_pitch=0.04), drive(60.0, k), 10 + k, name=f"{k}") for k in range(3)]
     likelihood, resident = likelihood_of(logs), "breakaway_friction_pitch"
     null, candidates = fit(likelihood, likelihood.rig.base), likelihood.rig.candidates
     around = Scores(refit(null, candidates, [resident], {resident: 0.03}), candidates)
@@ -208,7 +208,7 @@ LAWS = {
 @cache
 def searched_unknown(name):
     """What the catalogue says of a rig, the selection beside unknown torques, and these."""
-    logs = [noisy(TABLE_2, drive(SECONDS, seed), seed, LAWS[name], name=f"log {seed}") for seed in (1, 2)]
+    logs = [noisy_log(TABLE_2, drive(SECONDS, seed), seed, LAWS[name], name=f"log {seed}") for seed in (1, 2)]
     likelihood = likelihood_of(logs)
     before = select(fit(likelihood, likelihood.rig.base), likelihood.rig.candidates)
     return before, *search_unknown(before, likelihood.rig.candidates)

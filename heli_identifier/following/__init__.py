@@ -1,6 +1,7 @@
 """The twin that follows a rig in flight: notices that it no longer fits, says what changed, and corrects itself.
 
-Pure steps, standard library only: units carry them (``Corrector``), and ``heli follow`` runs the same.
+Pure steps, standard library only: the unit ``Corrector`` and ``heli follow`` run the same functions.
+docs/explanation/following.md explains the method and names its sources.
 """
 
 from .corrector import correct as correct

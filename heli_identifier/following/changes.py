@@ -6,11 +6,11 @@ The acceleration of an axis is linear in what may change: with the thrust voltag
     elevation  epsilon'' = ... + dk_z mu_s cos(theta) + ...   regressors  (mu_s, mu_d) cos(theta), -1, -epsilon'
     travel     lambda''  = ... + dk_y mu_s sin(theta) + ...   regressors  (mu_s, mu_d) sin(theta), 1, -lambda'
 
-followed on each axis by the laws of the effects that may be switched on, with c = 1, and on pitch and elevation by
-that of the axis' stiffness, -sin(theta - theta_0) and -epsilon: no change of it is looked for, but the twin's value of
-it is never exact (:mod:`.evidence`). A change of size delta adds delta D to the coefficients of these regressors. A
-gain has one entry in D. A rotor that loses the share delta of its thrust F = (mu_s +- mu_d)/2 has entries on all three
-axes: that is how it differs from a change of one gain.
+Further regressors of each axis are the laws of the effects that may be switched on, with c = 1. Pitch and elevation end
+with the law of their stiffness, -sin(theta - theta_0) and -epsilon: the stiffness is not among the changes, but the
+twin's value of it is never exact (:mod:`.evidence`). A change of size delta adds delta D to the coefficients of these
+regressors. A gain has one entry in D. A rotor that loses the share delta of its thrust F = (mu_s +- mu_d)/2 has entries
+on all three axes. This distinguishes it from a change of one gain.
 """
 
 from math import cos, inf, sin, sqrt
@@ -31,15 +31,16 @@ Matrix = tuple[Vector, ...]
 LAWS = ("dry_friction_pitch",), ("dry_friction_elevation",), ("dry_friction_travel", "cable_stiffness_travel")
 """Effects by axis that have a regressor of their own; a constant torque is the regressor 1."""
 
-_ADDED = tuple(
-    (added, [in_slots(PlantParameters(**{field: 1.0})) for field in own])
-    for added, own in zip((added_pitch, added_elevation, added_travel), LAWS, strict=True)
+_ACCELERATIONS = tuple(
+    (acceleration, [in_slots(PlantParameters(**{field: 1.0})) for field in fields])
+    for acceleration, fields in zip((added_pitch, added_elevation, added_travel), LAWS, strict=True)
 )
+"""For each axis: the acceleration by effects, and the parameters with which one effect alone acts, with c = 1."""
 
 Direction = tuple[tuple[int, int, float], ...]
 """D: axis, regressor and value of every entry that is not zero."""
 
-_OFFSET_COLUMN, _DAMPING_COLUMN, _COMMON = 2, 3, 4  # regressors of each axis; those of the effects begin at _COMMON
+_OFFSET_COLUMN, _DAMPING_COLUMN, _EFFECT_COLUMN = 2, 3, 4  # regressors of each axis; effects begin at the last one
 _GAIN_SHARE, _THRUST_SHARE = 0.15, 0.1  # smallest change of a gain and of a rotor's thrust that matters [1]
 
 _OFFSET, _DAMPING, _FRICTION, _CABLE = 0.04, 0.15, 0.02, 0.04
@@ -47,24 +48,25 @@ _OFFSET, _DAMPING, _FRICTION, _CABLE = 0.04, 0.15, 0.02, 0.04
 other effect [its unit]."""
 
 _SHARE_ERROR, _MISMATCH_ERROR, _OFFSET_ERROR, _DAMPING_ERROR, _EFFECT_ERROR = 0.01, 0.003, 0.004, 0.01, 0.1
-"""Standard deviations before the flight, the errors of diagnoses from a few minutes: of gains and stiffnesses, and of
-what a rotor has more thrust than the other, as shares; of the balance of torques in hover [rad/s^2] and of a damping
-[1/s]; of an effect, as a share of the smallest change that matters."""
+"""Standard deviations of a diagnosis from a few minutes of flight: of gains and stiffnesses [share], of the difference
+of the rotors' thrusts [share], of the balance of torques in hover [rad/s^2], of a damping [1/s], and of an effect
+[share of the smallest change that matters]."""
 
 _HOVER = 5.0
-"""Sum of the voltages in hover, about [V]: there the offset of the elevation balances the gain, and errs with it."""
+"""Sum of the voltages in hover, about [V]. There the offset of the elevation balances the gain: their errors go
+together."""
 
 _ROTORS = (("rotor.front", (-2,), 0.5, 0.5), ("rotor.rear", (-1,), 0.5, -0.5), ("rotor.both", (-2, -1), 1.0, 0.0))
-"""Names, places in the values of a twin, and entries of D, as shares of the gain, for the first two regressors."""
+"""Name, places among the values of a twin, and entries of D for the first two regressors [share of the gain]."""
 
 
 class Change(NamedTuple):
     """One thing that may change.
 
     ``name`` as in parameter sets; ``field`` of :class:`heli_plant.parameters.PlantParameters`, empty for the rotors;
-    numbers of the ``axes`` on which it acts; ``places`` of what it changes among the values of a twin; ``entries`` of
-    D, those of the rotors to be multiplied by the axis' gain; ``size``: the smallest change that matters [unit of the
-    parameter]; bounds of the value after the change. The size of a rotor's change is a share of its thrust.
+    numbers of the ``axes`` on which it acts; ``places`` among the values of a twin that it changes; ``entries`` of D,
+    for the rotors to be multiplied by the axis' gain; ``size``: the smallest change that matters [unit of the
+    parameter, or share of a rotor's thrust]; bounds of the value after the change.
     """
 
     name: str
@@ -77,13 +79,13 @@ class Change(NamedTuple):
     upper: float
 
     def direction(self, values: Vector) -> Direction:
-        """Return D for a twin with these ``values``, of which the gains k_x, k_z, k_y stand first."""
+        """Return D for a twin with these ``values``; the first three are the gains k_x, k_z, k_y."""
         if self.field:
             return self.entries
         return tuple([(axis, column, share * values[axis]) for axis, column, share in self.entries])
 
     def value(self, values: Vector) -> float:
-        """Return the value that is changed; of both rotors, the front one's share."""
+        """Return the value that changes; for both rotors, the front one's share."""
         return values[self.places[0]]
 
     def apply(self, size: float, values: Vector) -> Vector:
@@ -94,24 +96,24 @@ class Change(NamedTuple):
         return tuple(after)
 
     def bounds(self, values: Vector) -> tuple[float, float]:
-        """Return the smallest and largest size that is physically possible."""
+        """Return the smallest and the largest size that are physically possible."""
         value = self.value(values)
-        least, most = self.lower - value, self.upper - value
-        return (least, most) if self.field else (least / value, most / value)
+        lower, upper = self.lower - value, self.upper - value
+        return (lower, upper) if self.field else (lower / value, upper / value)
 
 
 def smallest_size(field: str) -> float:
-    """Return the smallest change that matters of the coefficient of an effect [its unit]."""
+    """Return the smallest change of an effect's coefficient that matters [its unit]."""
     return {"dry_friction": _FRICTION, "constant_torque": _OFFSET}.get(effect_of(field).name, _CABLE)
 
 
 def list_changes(p: PlantParameters) -> tuple[Change, ...]:
-    """Return everything that may change about a twin with the parameters ``p``."""
-    own: list[Change] = []
+    """Return everything that may change on a rig whose twin has the parameters ``p``."""
+    changes: list[Change] = []
 
     def add(field: str, axis: int, column: int, size: float, low: float, high: float) -> None:
-        place, entries = len(own), ((axis, column, 1.0),)
-        own.append(Change(BY_FIELD[field].name, field, (axis,), (place,), entries, size, low, high))
+        place, entries = len(changes), ((axis, column, 1.0),)
+        changes.append(Change(BY_FIELD[field].name, field, (axis,), (place,), entries, size, low, high))
 
     for axis, field in enumerate(GAINS):
         value = getattr(p, field)
@@ -120,29 +122,29 @@ def list_changes(p: PlantParameters) -> tuple[Change, ...]:
     add("a_1", ELEVATION, _OFFSET_COLUMN, _OFFSET, -inf, inf)
     for axis, field in enumerate(DAMPINGS):
         add(field, axis, _DAMPING_COLUMN, _DAMPING, 0.0, inf)
-    before_rotors = len(own)
+    first_effect = len(changes)
     for field in EFFECTS:
-        axis, row = AXES.index(effect_of(field).axis), BY_FIELD[field]
-        column = _COMMON + LAWS[axis].index(field) if field in LAWS[axis] else _OFFSET_COLUMN
-        add(field, axis, column, smallest_size(field), row.minimum, row.maximum)
+        axis, parameter = AXES.index(effect_of(field).axis), BY_FIELD[field]
+        column = _EFFECT_COLUMN + LAWS[axis].index(field) if field in LAWS[axis] else _OFFSET_COLUMN
+        add(field, axis, column, smallest_size(field), parameter.minimum, parameter.maximum)
     rotors = []
-    for name, places, share, apart in _ROTORS:
-        entries = tuple([entry for axis in range(3) for entry in ((axis, 0, share), (axis, 1, apart))])
+    for name, places, first, second in _ROTORS:
+        entries = tuple([entry for axis in range(3) for entry in ((axis, 0, first), (axis, 1, second))])
         rotors.append(Change(name, "", (PITCH, ELEVATION, TRAVEL), places, entries, _THRUST_SHARE, 0.2, 1.5))
-    return (*own[:before_rotors], *rotors, *own[before_rotors:])
+    return (*changes[:first_effect], *rotors, *changes[first_effect:])
 
 
 def prior_deviations(p: PlantParameters) -> Matrix:
-    """Return for each axis by how much the coefficients of its regressors err, as standard deviations."""
-    found = []
+    """Return for each axis the standard deviations by which a twin's coefficients of the regressors err."""
+    deviations = []
     for axis, stiffness in enumerate((p.a_th, p.a_e, 0.0)):
         k = abs(getattr(p, GAINS[axis]))
         balance = _SHARE_ERROR * k * _HOVER if axis == ELEVATION else 0.0
         offset = sqrt(_OFFSET_ERROR * _OFFSET_ERROR + balance * balance)
-        own = [_SHARE_ERROR * k, _MISMATCH_ERROR * k, offset, _DAMPING_ERROR]
-        own += [_EFFECT_ERROR * smallest_size(field) for field in LAWS[axis]]
-        found.append(tuple(own if axis == TRAVEL else [*own, _SHARE_ERROR * abs(stiffness)]))
-    return tuple(found)
+        row = [_SHARE_ERROR * k, _MISMATCH_ERROR * k, offset, _DAMPING_ERROR]
+        row += [_EFFECT_ERROR * smallest_size(field) for field in LAWS[axis]]
+        deviations.append(tuple(row if axis == TRAVEL else [*row, _SHARE_ERROR * abs(stiffness)]))
+    return tuple(deviations)
 
 
 def regress_motion(
@@ -153,13 +155,14 @@ def regress_motion(
     ``state`` as the observer sees it; ``mu_diff``, ``mu_sum``: difference and sum of the rotors' thrust voltages [V];
     ``theta0``: pitch at which gravity has no torque [rad].
     """
-    th, ep, la, w1, w2, w3, _, _, _, _, _, rest = state
-    up, aside = cos(th), sin(th)
+    th, ep, la, w1, w2, w3, _, _, _, _, _, cable_rest = state
+    cos_th, sin_th = cos(th), sin(th)
     effects = [
-        [added(0.0, th, ep, la, w1, w2, w3, mu_sum, mu_diff, rest, alone) for alone in own] for added, own in _ADDED
+        [acceleration(0.0, th, ep, la, w1, w2, w3, mu_sum, mu_diff, cable_rest, slots) for slots in effects_alone]
+        for acceleration, effects_alone in _ACCELERATIONS
     ]
     return (
         [mu_diff, mu_sum, 1.0, -w1, *effects[0], -sin(th - theta0)],
-        [mu_sum * up, mu_diff * up, -1.0, -w2, *effects[1], -ep],
-        [mu_sum * aside, mu_diff * aside, 1.0, -w3, *effects[2]],
+        [mu_sum * cos_th, mu_diff * cos_th, -1.0, -w2, *effects[1], -ep],
+        [mu_sum * sin_th, mu_diff * sin_th, 1.0, -w3, *effects[2]],
     )

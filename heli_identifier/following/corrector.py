@@ -7,7 +7,7 @@ from heli_plant.plant import measured_angles
 from heli_plant.state import start_state
 
 from .changes import Vector
-from .cusum import PROVED, Inflation, Projection
+from .cusum import PROVED_AFTER, Inflation, Projection
 from .evidence import Noise, Sums, project_block, start_baseline
 from .observer import Angles, Encoder, start_observer
 from .plan import FollowPlan
@@ -16,15 +16,15 @@ from .state import CorrectorState, Event, Sample
 from .trial import SWINGING, add_event, judge_block
 
 _LARGEST_INNOVATION = 4.0  # innovations count with at most this many standard deviations
-_KEPT = 90  # blocks that are kept: a change is looked for in the last minute and a half
-_DROPPED = 2  # blocks before a fault of the stream that are dropped: it is seen only after a while
+_KEPT_BLOCKS = 90  # a change is looked for in the last minute and a half
+_DROPPED_BLOCKS = 2  # blocks before a fault of the stream that are dropped: it shows only after a while
 
 
-def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
-    """Return the state at sample 0, the plant at rest in its angles."""
-    voltages, angles, twin = now[:2], now[2:5], plan.alone
+def start_correcting(plan: FollowPlan, sample: Sample) -> CorrectorState:
+    """Return the state at the first ``sample``, with the plant at rest at its angles."""
+    voltages, angles, twin = sample[:2], sample[2:5], plan.alone
     return CorrectorState(
-        settled=plan.settling,
+        settled_at=plan.settling,
         observer=start_observer(start_state(*angles, *voltages), voltages, twin.parameters, plan),
         encoders=tuple([Encoder(angle) for angle in angles]),
         twin=twin,
@@ -37,45 +37,43 @@ def start_correcting(plan: FollowPlan, now: Sample) -> CorrectorState:
     )
 
 
-def correct(state: CorrectorState, now: Sample, plan: FollowPlan) -> tuple[CorrectorState, tuple[Event, ...]]:
-    """Take in the sample ``now`` of the next instant.
+def correct(state: CorrectorState, sample: Sample, plan: FollowPlan) -> tuple[CorrectorState, tuple[Event, ...]]:
+    """Return the state after the ``sample`` of the next instant, and the events to report.
 
-    Returns the state after it, and the events that there are to report. Without a sample the instant waits for the next
-    one, until the stream counts as stopped.
+    An instant without a sample waits for the next sample, until the stream counts as stopped.
     """
-    came_in, n = now.fresh > 0.5, state.waiting + 1
-    if not came_in and state.mode != "suspended" and n < plan.stop:
+    has_sample, n = sample.fresh > 0.5, state.waiting + 1
+    if not has_sample and state.mode != "suspended" and n < plan.stop:
         return state._replace(waiting=n, events=(), predictions=state.predictions._replace(compared=False)), ()
     state = state._replace(waiting=0, events=())
-    begin, end = state.observer.voltages, now[:2] if came_in else state.observer.voltages
+    begin, end = state.observer.voltages, sample[:2] if has_sample else state.observer.voltages
     for j in range(1, n):
         front, rear = [a + j / n * (b - a) for a, b in zip(begin, end, strict=True)]
-        state = _pass_instant(state, now._replace(v_front=front, v_rear=rear, fresh=0.0), False, plan)
-    state = _pass_instant(state, now, not came_in, plan)
+        state = _pass_instant(state, sample._replace(v_front=front, v_rear=rear, fresh=0.0), False, plan)
+    state = _pass_instant(state, sample, not has_sample, plan)
     return state, state.events
 
 
-def _pass_instant(state: CorrectorState, now: Sample, stopped: bool, plan: FollowPlan) -> CorrectorState:
-    """Take in sample k = ``state.samples`` + 1, or an instant without one, at which the stream may have ``stopped``."""
-    k, suspended, voltages, angles = state.samples + 1, state.mode == "suspended", now[:2], now[2:5]
-    noise, came_in = state.noise, now.fresh > 0.5
-    time = (k - 1) * plan.settings.sample_time
-    observer, arrived = state.observer.advance(voltages, time, came_in or suspended, state.twin, plan)
+def _pass_instant(state: CorrectorState, sample: Sample, stopped: bool, plan: FollowPlan) -> CorrectorState:
+    """Return the state after instant k = ``state.samples`` + 1; ``stopped``: the stream has stopped."""
+    k, suspended, voltages, angles = state.samples + 1, state.mode == "suspended", sample[:2], sample[2:5]
+    time, has_sample = (k - 1) * plan.settings.sample_time, sample.fresh > 0.5
+    observer, arrived = state.observer.advance(voltages, time, has_sample or suspended, state.twin, plan)
     deviations, encoders, broken = observer.deviations(plan), state.encoders, suspended or stopped
-    if came_in:
-        read = zip(encoders, angles, observer.memory.state[3:6], strict=True)
-        encoders = tuple([one.read(angle, rate, plan) for one, angle, rate in read])
-        scatter = zip(encoders, deviations, noise, strict=True)
-        broken = any([one.is_at_fault(a * b, plan) for one, a, b in scatter])
-    fresh = came_in and not broken
+    if has_sample:
+        readings = zip(encoders, angles, observer.memory.state[3:6], strict=True)
+        encoders = tuple([encoder.read(angle, rate, plan) for encoder, angle, rate in readings])
+        scatter = zip(encoders, deviations, state.noise, strict=True)
+        broken = any([encoder.is_at_fault(a * b, plan) for encoder, a, b in scatter])
+    fresh = has_sample and not broken
     front, rear = state.predictions.arrived
     predictions = state.predictions._replace(arrived=(front + arrived[0], rear + arrived[1]), compared=False)
     state = state._replace(samples=k, observer=observer, encoders=encoders, predictions=predictions)
     if broken and not suspended:
-        state = _suspend(state, "frozen" if came_in else "stopped", plan)
+        state = _suspend(state, "frozen" if has_sample else "stopped", plan)
     elif suspended and fresh:
         state = _resume(state, angles, plan)
-    sums = _take_innovations(state, angles, fresh, deviations, noise, plan)
+    sums = _add_innovations(state, angles, fresh, deviations, plan)
     observer = state.observer.correct(angles, plan) if fresh else state.observer._replace(in_a_row=0)
     state = state._replace(sums=sums, observer=observer)
     if k % plan.coarse == 0:
@@ -86,7 +84,7 @@ def _pass_instant(state: CorrectorState, now: Sample, stopped: bool, plan: Follo
 
 
 def _suspend(state: CorrectorState, why: str, plan: FollowPlan) -> CorrectorState:
-    """Return the state with everything at rest; a trial is broken off."""
+    """Return the suspended state; a trial ends."""
     state = add_event(state, why, plan)
     if state.mode == "on trial":
         state = add_event(state, "cut", plan, state.finding)
@@ -94,83 +92,83 @@ def _suspend(state: CorrectorState, why: str, plan: FollowPlan) -> CorrectorStat
     return state.enter(
         "suspended",
         predictions=state.predictions.drop_running(),
-        blocks=state.blocks[:-_DROPPED],
+        blocks=state.blocks[:-_DROPPED_BLOCKS],
         observer=state.observer._replace(covariances=()),
     )
 
 
 def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> CorrectorState:
-    """Return the state with the observer begun again from a sample's ``angles``."""
+    """Return the state with an observer that starts again from the ``angles`` of a sample."""
     before, since, held = state.observer.memory
     first = start_state(*angles, before.nu_front, before.nu_rear)._replace(cable_rest=before.cable_rest)
     observer = start_observer(first, state.observer.voltages, state.twin.parameters, plan)
     return add_event(state, "back", plan).enter(
         "following" if state.is_noise_known else "starting",
-        settled=state.samples + plan.settling,
+        settled_at=state.samples + plan.settling,
         observer=observer._replace(memory=observer.memory._replace(since=since, held=held)),
     )
 
 
-def _take_innovations(
-    state: CorrectorState, angles: Angles, fresh: bool, deviations: Vector, noise: Vector, plan: FollowPlan
+def _add_innovations(
+    state: CorrectorState, angles: Angles, fresh: bool, deviations: Vector, plan: FollowPlan
 ) -> tuple[Sums, ...]:
-    """Return the sums with a sample's innovations; sums without them are spoiled."""
-    k, predicted = state.samples, measured_angles(state.observer.memory.state)
-    resting = k < max(state.settled, state.changed + SWINGING * plan.block) or state.mode == "suspended"
+    """Return the sums of each axis with the innovation of a sample, or marked as spoiled."""
+    k, noise, predicted = state.samples, state.noise, measured_angles(state.observer.memory.state)
+    resting = k < max(state.settled_at, state.changed_at + SWINGING * plan.block) or state.mode == "suspended"
     result: list[Sums] = []
-    for axis, total in enumerate(state.sums):
-        if resting or state.encoders[axis].is_discounted(plan):
-            total = total._replace(spoiled=True)
+    for axis, sums in enumerate(state.sums):
+        if resting or state.encoders[axis].is_ignored(plan):
+            sums = sums._replace(spoiled=True)
         elif fresh:
             share = 1.0 / deviations[axis]
             innovation = share * (angles[axis] - predicted[axis])
             if state.mode != "starting":
                 innovation = saturate(innovation, _LARGEST_INNOVATION * noise[axis])
-            total = total.with_sample((*[share * x for x, _, _ in state.observer.sensitivities[axis]], innovation))
-        result.append(total)
+            sums = sums.with_sample((*[share * x for x, _, _ in state.observer.sensitivities[axis]], innovation))
+        result.append(sums)
     return tuple(result)
 
 
 def _coarse_step(state: CorrectorState, angles: Angles, fresh: bool, plan: FollowPlan) -> CorrectorState:
-    """Move the copies of the twins; compare those that have run for 1 s, start new ones; take the products."""
+    """Move the copies of the twins, compare and launch them when they are due, and take the products of the sums."""
     k = state.samples
     predictions = state.predictions.move((state.twin, plan.alone, *state.rival), k, plan)
     if k % plan.launch == 0:
-        if state.mode != "suspended" and k >= state.settled:
+        if state.mode != "suspended" and k >= state.settled_at:
             predictions = predictions.launch(state.observer.memory.state, angles, fresh, plan)
         else:
             predictions = predictions.drop_running()
-    return state._replace(predictions=predictions, sums=tuple([one.with_products() for one in state.sums]))
+    return state._replace(predictions=predictions, sums=tuple([sums.with_products() for sums in state.sums]))
 
 
 def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
-    """Return the state with the block that is complete taken in, and noise and baseline learned from it."""
+    """Return the state with the complete block, and with what noise, baseline and kappa learn from it."""
     pairs = list(zip(state.sums, state.noises, strict=True))
-    block = tuple([one.evidence(noise.variance) for one, noise in pairs])
+    block = tuple([sums.evidence(noise.variance) for sums, noise in pairs])
     if state.mode not in ("alarmed", "suspended"):
-        state = state._replace(noises=tuple([noise.learn(one) for one, noise in pairs]))
+        state = state._replace(noises=tuple([noise.learn(sums) for sums, noise in pairs]))
     state = state._replace(sums=plan.no_sums)
     if state.mode == "starting":
         return state
-    seen = tuple([own.discount(one) for own, one in zip(state.baseline, block, strict=True)])
-    projected = [project_block(seen, change.direction(state.twin.values)) for change in plan.changes]
+    marginal = tuple([theta.marginalise(rows) for theta, rows in zip(state.baseline, block, strict=True)])
+    projected = [project_block(marginal, change.direction(state.twin.values)) for change in plan.changes]
     if state.mode == "following":
-        rows = zip(state.baseline, seen, plan.deviations, strict=True)
-        state = state._replace(baseline=tuple([own.learn(one, deviation) for own, one, deviation in rows]))
-        if len(state.tested) >= PROVED + 2:  # a block and the two before it have been proved
-            proved = zip(state.inflations, *state.tested[-PROVED : -PROVED - 3 : -1], strict=True)
-            state = state._replace(inflations=tuple([one.learn(*blocks) for one, *blocks in proved]))
-    counted = zip(projected, state.inflations, strict=True)
-    tested = tuple([Projection(u, w, 1.0 / inflation.factor) for (u, w), inflation in counted])
-    return state._replace(blocks=(*state.blocks, block)[-_KEPT:], tested=(*state.tested, tested)[-_KEPT:])
+        axes = zip(state.baseline, marginal, plan.deviations, strict=True)
+        state = state._replace(baseline=tuple([theta.learn(rows, deviation) for theta, rows, deviation in axes]))
+        if len(state.tested) >= PROVED_AFTER + 2:  # a block and the two before it were without a change
+            proved = zip(state.inflations, *state.tested[-PROVED_AFTER : -PROVED_AFTER - 3 : -1], strict=True)
+            state = state._replace(inflations=tuple([inflation.learn(*blocks) for inflation, *blocks in proved]))
+    projections = zip(projected, state.inflations, strict=True)
+    tested = tuple([Projection(u, w, 1.0 / inflation.factor) for (u, w), inflation in projections])
+    return state._replace(blocks=(*state.blocks, block)[-_KEPT_BLOCKS:], tested=(*state.tested, tested)[-_KEPT_BLOCKS:])
 
 
 def parameters_in_use(state: CorrectorState) -> tuple[PlantParameters, dict[str, float]]:
-    """Return the plant's parameters that the twin uses, and the standard errors of those that were adopted, by name.
+    """Return the plant's parameters in use, and the standard errors of the adopted ones by structured name.
 
     Rotors with the shares f and r of their thrust have mu_d = f nu_f - r nu_r = a (nu_f - nu_r) + b (nu_f + nu_r) with
-    a = (f + r)/2, b = (f - r)/2: on the pitch k_x becomes a k_x, and the rotors' sum turns it by b k_x (rotor
-    mismatch); k_z and k_y become a k_z and a k_y, where b (nu_f - nu_r) is left out.
+    a = (f + r)/2, b = (f - r)/2. k_x becomes a k_x, and b k_x is added to the rotor mismatch of the pitch. k_z and k_y
+    become a k_z and a k_y; their part b (nu_f - nu_r) is neglected.
     """
     p, (front, rear) = state.twin.parameters, state.twin.values[-2:]
     errors = {BY_FIELD[field].name: error for field, error in zip(FIELDS, state.errors, strict=False) if error > 0.0}

@@ -1,15 +1,12 @@
-"""How well the observer knows the rig after a gap: the covariance of its errors, and the steady state of a stream.
+"""Covariance of the observer's errors: after a gap, and in the steady state of a stream without gaps.
 
-With P the covariance of the errors (x, w, d) of an axis, in units of the variance r of the encoder's noise, and s that
-of the innovation,
+P is the covariance of the errors (x, w, d) of an axis, s the variance of the innovation. Both are in units of the
+variance r of the encoder's noise:
 
     P <- F P F^T + diag(0, 0, q_d),    F = [[1, h, h^2/2], [0, 1, h], [0, 0, exp(-gamma h)]]
     s = P_xx + 1,    l = P_(.x)/s,    P <- P - l P_(x.)
 
-q_d = omega_o^6 h^2 is what the observer's bandwidth stands for.
-
-Sources: Anderson and Moore, Optimal Filtering, 1979, chapter 3; Gustafsson, Adaptive Filtering and Change Detection,
-2000, section 8.3; Sinopoli and others, IEEE Transactions on Automatic Control 49 (2004).
+The observer's bandwidth omega_o stands for the drive q_d = omega_o^6 h^2.
 """
 
 from math import log
@@ -20,8 +17,8 @@ from heli_plant.observer import ObserverGains, observer_gains
 from ..online.linear_algebra import dot
 from .changes import Matrix
 
-_ALMOST = 100.0  # the steady state is back when what a gap has made of the covariance is less by this factor
-_STEADY = 4.0  # the steady state is looked for in this many times the samples in which a gap is forgotten
+_FADING = 100.0  # a gap is forgotten when its effect on the covariance has fallen by this factor
+_MEMORIES = 4.0  # samples after which the covariance is steady, in multiples of those in which a gap is forgotten
 
 
 class Steady(NamedTuple):
@@ -36,9 +33,9 @@ class Steady(NamedTuple):
 def gap_memory(bandwidth: float, h: float) -> int:
     """Return the samples in which a gap is forgotten; ``bandwidth`` [rad/s], sampling period ``h`` [s].
 
-    The slowest poles of the error have the real part -omega_o/2, and a covariance fades with twice that.
+    The slowest poles of the error have the real part -omega_o/2; a covariance fades twice as fast.
     """
-    return round(log(_ALMOST) / (bandwidth * h))
+    return round(log(_FADING) / (bandwidth * h))
 
 
 def find_steady_state(bandwidth: float, h: float) -> Steady:
@@ -46,23 +43,23 @@ def find_steady_state(bandwidth: float, h: float) -> Steady:
     gains, drive = observer_gains(bandwidth, h), bandwidth**6 * h * h
     P: Matrix = ((1.0, 0.0, 0.0), (0.0, bandwidth**2, 0.0), (0.0, 0.0, bandwidth**4))
     variance = 1.0
-    for _ in range(round(_STEADY * gap_memory(bandwidth, h))):
+    for _ in range(round(_MEMORIES * gap_memory(bandwidth, h))):
         P = predict_covariance(P, h, gains.kept, drive)
         variance = P[0][0] + 1.0
         _, P = correct_covariance(P, gains.kept)
     return Steady(gains, P, variance, drive)
 
 
-def predict_covariance(P: Matrix, h: float, kept: float, drive: float) -> Matrix:
-    """Return P one sampling interval later; ``drive`` q_d [1/s^4]."""
-    F, q = ((1.0, h, 0.5 * h * h), (0.0, 1.0, h), (0.0, 0.0, kept)), (0.0, 0.0, drive)
+def predict_covariance(P: Matrix, h: float, decay: float, drive: float) -> Matrix:
+    """Return P one sampling interval later; ``decay`` = exp(-gamma h), ``drive`` q_d [1/s^4]."""
+    F, q = ((1.0, h, 0.5 * h * h), (0.0, 1.0, h), (0.0, 0.0, decay)), (0.0, 0.0, drive)
     moved = [[dot(row, column) for column in P] for row in F]  # P is symmetric
     rows = [[dot(row, other) for other in F] for row in moved]
     return tuple([tuple([x + (q[i] if i == j else 0.0) for j, x in enumerate(row)]) for i, row in enumerate(rows)])
 
 
-def correct_covariance(P: Matrix, kept: float) -> tuple[ObserverGains, Matrix]:
-    """Return the Kalman gain l of a sample, and P after the correction by it."""
+def correct_covariance(P: Matrix, decay: float) -> tuple[ObserverGains, Matrix]:
+    """Return the Kalman gain l of a sample, and P after the correction by the sample."""
     angle, rate, torque = gains = [x / (P[0][0] + 1.0) for x in P[0]]
     after = [tuple([x - gain * y for x, y in zip(row, P[0], strict=True)]) for row, gain in zip(P, gains, strict=True)]
-    return ObserverGains(angle, rate, torque, kept), tuple(after)
+    return ObserverGains(angle, rate, torque, decay), tuple(after)

@@ -1,27 +1,23 @@
-"""Has something changed? A two-sided CUSUM of every change; by how much and how surely: by likelihood.
+"""A two-sided CUSUM of every change says whether something has changed; the likelihood says by how much.
 
 With R and b of the blocks (:mod:`.evidence`) and D the direction of a change (:mod:`.changes`), a change of size delta
 has in each block the log-likelihood ratio against no change
 
     s(delta) = delta D^T b - delta^2/2 D^T R D
 
-Page's CUSUM sums it for delta = +-nu, the smallest change that matters, and restarts at zero:
+Page's CUSUM adds it up for delta = +-nu, nu the smallest change that matters, and never falls below zero:
 
     S_k = max(0, S_(k-1) + s_k(+-nu)),    alarm as soon as one S exceeds b = ln(M T / 1 s) + ln(s/2) - 1.166 sqrt(s)
 
-for M tests and a mean time T between false alarms: Lorden's bound, and what Siegmund's mean time of a test,
-2 exp(b + 1.166 sqrt(s))/s, says for one of which a block holds the information s = nu^2 D^T R D. Where the innovations
-are not white, D^T b and D^T R D are divided by the variance inflation factor: with u_k = D^T b of block k
+for M tests, a mean time T between false alarms, and s = nu^2 D^T R D in a block. Where the innovations are not white,
+D^T b and D^T R D are divided by the variance inflation factor: with u_k = D^T b of block k
 
     kappa = sum (u_k^2 + 2 u_k u_(k-1) + 2 u_k u_(k-2)) / sum D^T R D,    at least 1
 
-learned from blocks that have become PROVED blocks old without an alarm. After an alarm the size is estimated for every
-change, delta = D^T b / D^T R D, and judged by its Bayes factor for a size with the prior N(0, (3 nu)^2):
+After an alarm the size of every change is estimated, delta = D^T b / D^T R D, and judged by its Bayes factor for a size
+with the prior N(0, (3 nu)^2):
 
     ln B = z^2/2 q/(1 + q) - ln(1 + q)/2,    z^2 = (D^T b)^2 / D^T R D,    q = (3 nu)^2 D^T R D
-
-Sources: Page, Biometrika 41 (1954); Lorden, Annals of Mathematical Statistics 42 (1971), theorem 1; Siegmund,
-Sequential Analysis, 1985, chapter 2; Newey and West, Econometrica 55 (1987), with flat weights.
 """
 
 from collections.abc import Iterable
@@ -30,18 +26,18 @@ from typing import NamedTuple
 
 from .evidence import MEMORY
 
-PROVED = 20  # blocks after which a block without an alarm counts as one without a change
+PROVED_AFTER = 20  # blocks without an alarm after which a block counts as one without a change
 _PRIOR_BLOCKS = 60.0  # kappa begins at 1 with the weight of this many blocks
-_LARGEST_TERM = 16.0  # of a term of kappa's sum over D^T R D, in size
-_PRIOR_WIDTH = 3.0  # standard deviation of the prior in smallest changes that matter
-_LEAST_SIZE = 0.25  # share of nu below which a size is none that matters: the twin's values err by as much
+_LARGEST_TERM = 16.0  # largest size of a term of kappa, as a multiple of the block's D^T R D
+_PRIOR_WIDTH = 3.0  # standard deviation of the prior over nu
+_LEAST_SIZE = 0.25  # share of nu below which a size does not matter: the twin's values err by as much
 
 _OVERSHOOT = 1.166
 """2 rho, rho = .583 = -zeta(1/2)/sqrt(2 pi): by how much sums of normal steps exceed a bound [standard deviations]."""
 
 _LEAST_PER_BLOCK, _MOST_PER_BLOCK = 0.1, 3.0
-"""s below and above which the threshold stays: what is known of s is a mean over minutes, and Siegmund's mean time is
-an approximation for steps up to some 2 standard deviations. Steps of more need even less, which is not used."""
+"""Range of s within which the threshold depends on it: s is known as a mean over minutes, and Siegmund's mean time is
+an approximation for steps up to some 2 standard deviations. Larger steps would allow an even lower threshold."""
 
 _LEAST_INFORMATION = 1.0  # D^T R D nu^2 below which nothing can be said about a change
 
@@ -54,10 +50,10 @@ class Projection(NamedTuple):
     share: float
 
 
-def cusum_statistic(tested: Iterable[Projection], delta: float) -> tuple[float, int]:
-    """Return S of the change by ``delta`` after these blocks, and the blocks for which it has been above zero."""
+def cusum_statistic(projections: Iterable[Projection], delta: float) -> tuple[float, int]:
+    """Return S of the change by ``delta`` after these blocks, and for how many blocks it has been above zero."""
     total, run = 0.0, 0
-    for response, information, share in tested:
+    for response, information, share in projections:
         total += share * (delta * response - 0.5 * delta * delta * information)
         total, run = (total, run + 1) if total > 0.0 else (0.0, 0)
     return total, run
@@ -73,20 +69,20 @@ class Inflation(NamedTuple):
     @property
     def factor(self) -> float:
         """The variance inflation factor kappa [1]."""
-        found = self.terms / self.information if self.information > 0.0 else 1.0
-        return max(1.0, (_PRIOR_BLOCKS + self.blocks * found) / (_PRIOR_BLOCKS + self.blocks))
+        ratio = self.terms / self.information if self.information > 0.0 else 1.0
+        return max(1.0, (_PRIOR_BLOCKS + self.blocks * ratio) / (_PRIOR_BLOCKS + self.blocks))
 
-    def learn(self, tested: Projection, before: Projection, oldest: Projection) -> "Inflation":
-        """Return it after a block, of which the two before are given as well."""
-        u, information = tested.response, tested.information
-        most = _LARGEST_TERM * information
-        term = min(max(u * (u + 2.0 * (before.response + oldest.response)), -most), most)
-        kept = 1.0 - 1.0 / MEMORY
-        return Inflation(kept * self.terms + term, kept * self.information + information, kept * self.blocks + 1.0)
+    def learn(self, block: Projection, before: Projection, second_before: Projection) -> "Inflation":
+        """Return kappa after a ``block``; the two blocks before it are needed as well."""
+        u, information = block.response, block.information
+        largest = _LARGEST_TERM * information
+        term = min(max(u * (u + 2.0 * (before.response + second_before.response)), -largest), largest)
+        decay = 1.0 - 1.0 / MEMORY
+        return Inflation(decay * self.terms + term, decay * self.information + information, decay * self.blocks + 1.0)
 
 
 class Finding(NamedTuple):
-    """A change by number (-1: none), the blocks since when, its size delta and standard error, and ln B [1].
+    """A change by number (-1: none), the ``blocks`` since then, its size delta and standard error, and ln B [1].
 
     ``other``: the change that explains the blocks nearly as well, -1 for none.
     """
@@ -95,7 +91,7 @@ class Finding(NamedTuple):
     blocks: int = 0
     size: float = 0.0
     standard_error: float = 0.0
-    evidence: float = 0.0
+    log_bayes: float = 0.0
     other: int = -1
 
     @property
@@ -108,7 +104,7 @@ NOTHING = Finding()
 
 
 def siegmund_threshold(limit: float, information: float) -> float:
-    """Return the threshold [1] of one test: ``limit`` is Lorden's, ``information`` s of a block [1]."""
+    """Return the threshold [1] of one test; ``limit``: Lorden's bound, ``information``: s of a block [1]."""
     s = min(max(information, _LEAST_PER_BLOCK), _MOST_PER_BLOCK)
     return limit + log(0.5 * s) - _OVERSHOOT * sqrt(s)
 
@@ -116,9 +112,9 @@ def siegmund_threshold(limit: float, information: float) -> float:
 def judge_size(
     number: int, blocks: int, response: float, information: float, nu: float, bounds: tuple[float, float]
 ) -> Finding:
-    """Return the change ``number`` that ``blocks`` of these sums tell of, or nothing.
+    """Return the change ``number`` as estimated from ``blocks`` with these sums, or NOTHING.
 
-    ``nu``: the smallest change that matters; ``bounds``: sizes between which it is possible.
+    ``nu``: the smallest change that matters; ``bounds``: smallest and largest size that are possible.
     """
     if information * nu * nu < _LEAST_INFORMATION:
         return NOTHING
@@ -127,5 +123,5 @@ def judge_size(
         return NOTHING
     width = _PRIOR_WIDTH * nu
     q = width * width * information
-    evidence = 0.5 * response * size * q / (1.0 + q) - 0.5 * log(1.0 + q)
-    return Finding(number, blocks, size, 1.0 / sqrt(information), evidence)
+    log_bayes = 0.5 * response * size * q / (1.0 + q) - 0.5 * log(1.0 + q)
+    return Finding(number, blocks, size, 1.0 / sqrt(information), log_bayes)

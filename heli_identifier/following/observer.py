@@ -1,7 +1,7 @@
-"""The observer that keeps the twin on the rig, what a change makes of its innovations, and how it crosses a gap.
+"""The observer of the twin: how its innovations respond to a change, and what it does in a gap of the stream.
 
 **Sensitivity.** An acceleration g that the plant lacks moves the errors of the observer (:mod:`heli_plant.observer`).
-With (x, w, d) what g makes of them per unit, and the axis' own stiffness a and damping b,
+(x, w, d) are the errors per unit of g, and a and b are the stiffness and the damping of the axis:
 
     x += h w + h^2/2 (g + d - a x - b w),  w += h (g + d - a x - b w),  d *= exp(-gamma h)
     psi = x
@@ -9,19 +9,15 @@ With (x, w, d) what g makes of them per unit, and the axis' own stiffness a and 
 
 so that e = delta psi + white noise for a change of size delta along g. psi is known before the sample is.
 
-**Gaps.** Instants without a sample wait for the next one, and then pass under voltages on a straight line,
+**Gaps.** Instants without a sample wait for the next sample. They are then computed with voltages on a straight line,
 
     V_j = V_0 + (V_n - V_0) j/n,     j = 0 .. n - 1  of  n  sampling intervals
 
-Under the last voltages the twin would err along with the rate, as a friction does. The state is known less well after a
-gap, and the sample is weighed by the covariance (:mod:`.covariance`).
+and the gain of the next sample follows from the covariance (:mod:`.covariance`).
 
-**Encoders that stand still** although the rig moves. An encoder stands at one count wherever an axis turns back or
-rests. It is at fault if at the rate that the axis had when it stopped the rig would have gone further than five counts
-and the noise since. This is seen only after a while, and one that stood while the rig moved by less cannot be told from
-one that rested. What an encoder says therefore does not count while it stands for half a second or more, and afterwards
-until the observer has settled, which took that angle for the rig's. An alarm waits while an encoder stands from which
-the rig should have gone by more than the noise.
+**Encoders.** An encoder stands at one count wherever an axis turns back or rests. It is at fault if the rig, at the
+rate that it had when the encoder stopped, would have moved by more than five counts and the noise since. As this shows
+only after a while, an encoder that stands for half a second is ignored until the observer has settled again.
 """
 
 from math import cos, sqrt
@@ -35,7 +31,7 @@ from heli_plant.plant import delayed_input
 from heli_plant.state import PlantState
 
 from .changes import Matrix, Vector, regress_motion
-from .covariance import correct_covariance, gap_memory, predict_covariance
+from .covariance import correct_covariance, predict_covariance
 from .plan import FollowPlan, Twin
 
 Angles = tuple[float, float, float]
@@ -45,26 +41,25 @@ Voltages = tuple[float, float]
 """Front and rear [V]."""
 
 Sensitivity = tuple[tuple[float, float, float], ...]
-"""(x, w, d) of each regressor of an axis: what it makes of angle [rad], rate [rad/s] and torque [rad/s^2] per unit."""
+"""(x, w, d) of each regressor of an axis: errors of angle [rad], rate [rad/s] and torque [rad/s^2] per unit."""
 
-_PATH, _PATH_NOISE = 7.5e-3, 8.0
-"""Path [rad], and path in standard deviations of the innovations, at which an encoder that stands still is at fault:
-five counts of 4096, and more of a coarser one. The larger of the two counts."""
-
-_DOUBTFUL = 2.0  # path in standard deviations of the innovations at which an encoder that stands still may be at fault
+_FAULT_PATH, _FAULT_PATH_NOISE, _DOUBT_PATH_NOISE = 7.5e-3, 8.0, 2.0
+"""An encoder that stands still is at fault when the rig should have moved by more than the larger of two paths: [rad],
+five counts of 4096, and in standard deviations of the innovations [1]. It is doubtful from the third path on [1]."""
 
 
 def apply_shares(voltages: Voltages, twin: Twin) -> Voltages:
-    """Return the voltages [V] as rotors see them that have the twin's shares of their thrust left."""
+    """Return the voltages [V] that give the thrust of rotors with the twin's shares."""
     limit = twin.parameters.v_max
     return with_share(voltages[0], twin.values[-2], limit), with_share(voltages[1], twin.values[-1], limit)
 
 
 class Observer(NamedTuple):
-    """What the observer remembers.
+    """The observer between two samples.
 
-    The twin's plant now, its unmodelled accelerations [rad/s^2], the sensitivity of each axis; ``voltages`` held from
-    now on [V]; P of the axes (``covariances``), empty in the steady state; samples ``in_a_row`` since one was missing.
+    ``memory`` of the twin's plant; its unmodelled accelerations ``torque`` [rad/s^2]; the sensitivities of each axis;
+    ``voltages`` held from now on [V]; P of each axis (``covariances``), empty in the steady state; number of samples
+    ``in_a_row`` since one was missing.
     """
 
     memory: PlantMemory
@@ -75,12 +70,12 @@ class Observer(NamedTuple):
     in_a_row: int = 0
 
     def advance(
-        self, now: Voltages, time: float, seen: bool, twin: Twin, plan: FollowPlan
+        self, voltages: Voltages, time: float, has_sample: bool, twin: Twin, plan: FollowPlan
     ) -> "tuple[Observer, Voltages]":
         """Return the observer one sampling interval after ``time`` [s], and the voltages that arrived meanwhile [V].
 
-        The voltages ``now`` [V] are held from then on; it is before the correction by a sample, if one is ``seen``.
-        What arrived is without the rotors' shares.
+        The new ``voltages`` [V] are held from then on. The correction by a sample, if there is one, comes afterwards.
+        The voltages that arrived are without the rotors' shares.
         """
         h, p, before, gains = plan.settings.sample_time, twin.parameters, self.memory.state, plan.steady[0].gains
         arrived, (front, rear) = self.voltages, apply_shares(self.voltages, twin)
@@ -89,56 +84,57 @@ class Observer(NamedTuple):
             front, rear = delayed_input(memory.since, memory.held, len(memory.since) - 1, time, h, p)
             arrived = (front / twin.values[-2], rear / twin.values[-1])
         state, torque = predict_state(memory.state, self.torque, h, gains)
-        # the accelerations by which each change would have acted, from the motion at the step's begin
+        # accelerations per unit of each change, from the motion at the beginning of the step
         mu_diff, mu_sum = thrust_voltages(
             0.5 * (before.nu_front + state.nu_front), 0.5 * (before.nu_rear + state.nu_rear), time + h, p
         )
-        acting = regress_motion(before, mu_diff, mu_sum, p.theta0)
+        regressors = regress_motion(before, mu_diff, mu_sum, p.theta0)
         stiffnesses, dampings = (p.a_th * cos(before.pitch - p.theta0), p.a_e, 0.0), (p.a_wx, p.a_wz, p.a_wy)
-        found = []
-        for own, accelerations, a, b in zip(self.sensitivities, acting, stiffnesses, dampings, strict=True):
+        sensitivities = []
+        for sensitivity, accelerations, a, b in zip(self.sensitivities, regressors, stiffnesses, dampings, strict=True):
             rows = []
-            for (x, w, d), g in zip(own, accelerations, strict=True):
+            for (x, w, d), g in zip(sensitivity, accelerations, strict=True):
                 total = g + d - a * x - b * w
                 rows.append((x + h * w + 0.5 * h * h * total, w + h * total, gains.kept * d))
-            found.append(tuple(rows))
-        known = self.covariances
-        if known or not seen:
-            pairs = zip(known or [one.covariance for one in plan.steady], plan.steady, strict=True)
-            known = tuple([predict_covariance(P, h, one.gains.kept, one.drive) for P, one in pairs])
-        return Observer(memory._replace(state=state), torque, tuple(found), now, known, self.in_a_row), arrived
+            sensitivities.append(tuple(rows))
+        covariances = self.covariances
+        if covariances or not has_sample:
+            pairs = zip(covariances or [axis.covariance for axis in plan.steady], plan.steady, strict=True)
+            covariances = tuple([predict_covariance(P, h, axis.gains.kept, axis.drive) for P, axis in pairs])
+        memory = memory._replace(state=state)
+        return Observer(memory, torque, tuple(sensitivities), voltages, covariances, self.in_a_row), arrived
 
     def deviations(self, plan: FollowPlan) -> Vector:
-        """Return the standard deviations of the axes' innovations in those of the steady state [1]."""
+        """Return the standard deviations of the axes' innovations over those of the steady state [1]."""
         pairs = zip(self.covariances, plan.steady, strict=False)
-        return tuple([sqrt((P[0][0] + 1.0) / one.variance) for P, one in pairs]) or (1.0, 1.0, 1.0)
+        return tuple([sqrt((P[0][0] + 1.0) / axis.variance) for P, axis in pairs]) or (1.0, 1.0, 1.0)
 
     def correct(self, angles: Angles, plan: FollowPlan) -> "Observer":
         """Return the observer after the correction by a sample of the ``angles`` [rad]."""
-        gains, covariances = [one.gains for one in plan.steady], list(self.covariances)
+        gains, covariances = [axis.gains for axis in plan.steady], list(self.covariances)
         for axis, P in enumerate(self.covariances):
             gains[axis], covariances[axis] = correct_covariance(P, gains[axis].kept)
         state, torque = correct_state(self.memory.state, self.torque, angles, tuple(gains))
-        rows, in_a_row = [], self.in_a_row + 1
-        for own, g in zip(self.sensitivities, gains, strict=True):
-            left = 1.0 - g.angle
-            rows.append(tuple([(left * x, w - g.rate * x, d - g.torque * x) for x, w, d in own]))
-        recent = in_a_row < gap_memory(plan.settings.observer_bandwidth, plan.settings.sample_time)
-        known = tuple(covariances) if recent else ()
-        return Observer(self.memory._replace(state=state), torque, tuple(rows), self.voltages, known, in_a_row)
+        sensitivities, in_a_row = [], self.in_a_row + 1
+        for rows, g in zip(self.sensitivities, gains, strict=True):
+            factor = 1.0 - g.angle
+            sensitivities.append(tuple([(factor * x, w - g.rate * x, d - g.torque * x) for x, w, d in rows]))
+        memory = self.memory._replace(state=state)
+        recent = tuple(covariances) if in_a_row < plan.gap_memory else ()
+        return Observer(memory, torque, tuple(sensitivities), self.voltages, recent, in_a_row)
 
 
 def start_observer(first: PlantState, voltages: Voltages, p: PlantParameters, plan: FollowPlan) -> Observer:
-    """Return the observer of a plant in the state ``first``, nothing having acted on the regressors."""
-    unmoved = tuple([((0.0, 0.0, 0.0),) * len(own) for own in plan.deviations])
-    return Observer(start_memory(first, p), Torque(), unmoved, voltages)
+    """Return the observer of a plant in the state ``first``, with sensitivities of zero."""
+    sensitivities = tuple([((0.0, 0.0, 0.0),) * len(deviations) for deviations in plan.deviations])
+    return Observer(start_memory(first, p), Torque(), sensitivities, voltages)
 
 
 class Encoder(NamedTuple):
     """One encoder.
 
-    Its last ``angle`` [rad]; for how many samples it has been ``still``, and the ``rate`` [rad/s] that the observer saw
-    when it stopped; for how many samples the observer has not ``settled`` since it moved again after half a second.
+    Its last ``angle`` [rad]; number of samples for which it has stood ``still``, and the ``rate`` [rad/s] of the
+    observer when it stopped; ``unsettled``: samples until the observer has settled after half a second of standstill.
     """
 
     angle: float
@@ -153,18 +149,18 @@ class Encoder(NamedTuple):
             return Encoder(angle, self.still + 1, self.rate if self.still else rate, unsettled)
         return Encoder(angle, unsettled=plan.settling if self.still >= plan.stuck else unsettled)
 
-    def is_discounted(self, plan: FollowPlan) -> bool:
-        """Return whether what it says does not count: it stands, or has stood until shortly before."""
+    def is_ignored(self, plan: FollowPlan) -> bool:
+        """Return whether its angle is ignored: it stands, or stood until recently."""
         return self.still >= plan.stuck or self.unsettled > 0
 
     def path(self, plan: FollowPlan) -> float:
-        """Return how far the rig has gone since it stopped, at the rate that it had [rad]."""
+        """Return how far the rig would have moved since the encoder stopped, at the rate that it had then [rad]."""
         return abs(self.rate) * self.still * plan.settings.sample_time
 
     def is_at_fault(self, deviation: float, plan: FollowPlan) -> bool:
         """Return whether it stands although the rig has moved on; ``deviation`` of the innovations [rad]."""
-        return self.path(plan) > max(_PATH, _PATH_NOISE * deviation)
+        return self.path(plan) > max(_FAULT_PATH, _FAULT_PATH_NOISE * deviation)
 
     def is_doubtful(self, deviation: float, plan: FollowPlan) -> bool:
         """Return whether it stands and should have moved; ``deviation`` of the innovations [rad]."""
-        return self.path(plan) > _DOUBTFUL * deviation
+        return self.path(plan) > _DOUBT_PATH_NOISE * deviation

@@ -1,4 +1,4 @@
-"""Settings of the following twin, and what a step of it computes with, made once from them."""
+"""Settings of the following twin, and the constants of its steps that follow from them."""
 
 from math import log
 from typing import NamedTuple
@@ -8,23 +8,24 @@ from heli_plant.observer import FIELDS, TRAVEL_BANDWIDTH
 from heli_plant.parameters import PlantParameters
 
 from .changes import Vector, list_changes, prior_deviations
-from .covariance import find_steady_state
+from .covariance import find_steady_state, gap_memory
 from .evidence import start_sums
 
 _BLOCK_TIME = 1.0  # length of a block of sums, about [s]
-_COARSE = 0.05  # step of the copies that run 1 s ahead, about [s]: a hundredth of the shortest period of the motion
-_APART, _HORIZON = 0.2, 1.0  # time between two starts of copies, and time that a copy runs, about [s]
-_SETTLING = 3.0  # time until the observer has settled [s]
-_STOP, _STUCK = 0.2, 0.5  # times without a sample that is a stop, and at one count that does not count [s]
+_COARSE_TIME = 0.05  # step of the copies that run 1 s ahead, about [s]: a hundredth of the motion's shortest period
+_LAUNCH_TIME, _HORIZON_TIME = 0.2, 1.0  # time between two starts of copies, and time that a copy runs, about [s]
+_SETTLING_TIME = 3.0  # time until the observer has settled [s]
+_STOP_TIME = 0.2  # time without a sample after which the stream counts as stopped [s]
+_STUCK_TIME = 0.5  # time at one count after which an encoder is ignored [s]
 
 
 class FollowSettings(NamedTuple):
     """Everything that can be set on the following twin.
 
     Time between two samples h [s]; ``parameters`` in use at the start; ``window`` over which errors 1 s ahead are
-    compared [s]; mean time between two false alarms that is asked for, at least [s]; bandwidth of the observer's poles
-    on pitch and elevation [rad/s] (:mod:`heli_plant.observer`); ``correcting``: whether changes are adopted or only
-    reported. The unit Corrector has the bounds.
+    compared [s]; smallest mean time between two false alarms [s]; bandwidth of the observer's poles on pitch and
+    elevation [rad/s] (:mod:`heli_plant.observer`); ``correcting``: whether changes are adopted or only reported. The
+    unit Corrector checks the bounds of these settings.
     """
 
     sample_time: float = 0.01
@@ -36,39 +37,41 @@ class FollowSettings(NamedTuple):
 
 
 class Twin(NamedTuple):
-    """A twin: values of :data:`heli_plant.observer.CORRECTED`, the rotors' shares of thrust last, and its plant."""
+    """A twin: values of :data:`heli_plant.observer.CORRECTED`, with the rotors' shares last, and its plant."""
 
     values: Vector
     parameters: PlantParameters
 
 
 class FollowPlan:
-    """What a step computes with, made once from the settings.
+    """Constants of every step, computed once from the settings.
 
-    ``changes``: what may change. ``alone``: the twin of the start. ``deviations``: by how much the twin's coefficients
-    of the regressors of each axis may err; ``no_sums`` of them; ``steady``: the observer of each axis without gaps;
-    ``delay``: the plant's input delay [s]. ``threshold``: Lorden's.
+    ``changes``: what may change. ``alone``: the twin of the start. ``deviations``: standard deviations of the errors of
+    the twin's coefficients of the regressors, for each axis; ``no_sums``: empty sums of these regressors; ``steady``:
+    the observer of each axis without gaps; ``delay``: the plant's input delay [s]; ``threshold``: Lorden's bound [1].
 
-    In samples: the ``coarse`` step of copies, the time between two starts of them (``launch``) and the ``horizon`` that
-    they run; a ``block`` of sums; ``settling``, ``stop`` and ``stuck``. ``window``: comparisons in a window.
+    In samples: the ``coarse`` step of copies, the time between two starts of copies (``launch``), the ``horizon`` to
+    which they run, a ``block`` of sums, ``settling``, ``stop``, ``stuck``, and ``gap_memory``, in which a gap is
+    forgotten. ``window``: number of comparisons in a window.
     """
 
     def __init__(self, settings: FollowSettings) -> None:
         h, p, bandwidth = settings.sample_time, settings.parameters, settings.observer_bandwidth
         self.settings, self.changes, self.deviations = settings, list_changes(p), prior_deviations(p)
         self.alone = Twin((*(getattr(p, field) for field in FIELDS), 1.0, 1.0), p)
-        self.no_sums = tuple([start_sums(len(own)) for own in self.deviations])
-        self.steady = tuple([find_steady_state(one * bandwidth, h) for one in (1.0, 1.0, TRAVEL_BANDWIDTH)])
+        self.no_sums = tuple([start_sums(len(row)) for row in self.deviations])
+        self.steady = tuple([find_steady_state(factor * bandwidth, h) for factor in (1.0, 1.0, TRAVEL_BANDWIDTH)])
         self.delay = input_delay(p)
         self.threshold = log(2 * len(self.changes) * settings.false_alarm_time / _BLOCK_TIME)
 
         def samples(time: float, multiple_of: int = 1) -> int:
             return multiple_of * max(1, round(time / (multiple_of * h)))
 
-        self.coarse = samples(_COARSE)
-        self.launch = samples(_APART, self.coarse)
-        self.horizon, self.block = samples(_HORIZON, self.launch), samples(_BLOCK_TIME, self.coarse)
-        self.settling, self.stop, self.stuck = samples(_SETTLING), samples(_STOP), samples(_STUCK)
+        self.coarse = samples(_COARSE_TIME)
+        self.launch = samples(_LAUNCH_TIME, self.coarse)
+        self.horizon, self.block = samples(_HORIZON_TIME, self.launch), samples(_BLOCK_TIME, self.coarse)
+        self.settling, self.stop, self.stuck = samples(_SETTLING_TIME), samples(_STOP_TIME), samples(_STUCK_TIME)
+        self.gap_memory = gap_memory(bandwidth, h)
         self.window = round(settings.window / (self.launch * h))
 
     def build_twin(self, values: Vector) -> Twin:

@@ -1,9 +1,9 @@
-"""Predictions one second ahead: copies of the twins that run free from where the observer saw the rig a second ago.
+"""Predictions one second ahead: copies of the twins that run free from the observer's state of a second ago.
 
-A copy starts every .2 s from the observer's state and runs under the voltages that came in since, by the plant's own
-step, in steps of some .05 s under their mean. After 1 s its angles are compared with the measured ones. Every twin
-that is compared (the one in use, the one left alone with the values of the start, a rival with those that are on trial
-or, after an adoption, with those before it) starts from the same state, so that only their parameters differ.
+Every .2 s a copy of each twin starts from the observer's state. It runs by the plant's own step, some .05 s long, under
+the mean of the voltages in this time. After 1 s its angles are compared with the measured ones. The twins are the one
+in use, the one left alone with the values of the start, and a rival with the values on trial or, after an adoption, the
+values before it. All start from the same state, so that only their parameters differ.
 """
 
 from math import sqrt
@@ -13,36 +13,36 @@ from heli_plant.plant import measured_angles, step
 from heli_plant.state import PlantState
 
 from ..online.linear_algebra import total
+from .changes import Vector
 from .observer import Angles, Voltages, apply_shares
 from .plan import FollowPlan, Twin
 
 WINDOWS = 3
-"""Windows for which errors are kept. In one window of steady hover a gain that is wrong may predict better by chance,
-together with an offset that is wrong as well."""
+"""Windows for which errors are kept. In one window of steady hover a wrong gain may predict better by chance, together
+with a wrong offset."""
 
-_BATCH = 5  # comparisons in a batch, 1 s: errors 1 s ahead that overlap are correlated
+_BATCH = 5  # comparisons in a batch, 1 s: errors of overlapping predictions are correlated
 Errors = tuple[Angles, ...]  # of predictions 1 s ahead, oldest first [rad]
 
 
 class Copies(NamedTuple):
-    """Copies of one twin that run, oldest first; what the last one that fell due predicted [rad]; its errors so far."""
+    """Copies of one twin: those ``running``, oldest first; the last prediction that was due [rad]; errors so far."""
 
     running: tuple[PlantState, ...] = ()
     predicted: Angles = (0.0, 0.0, 0.0)
     errors: Errors = ()
 
-    def rms(self, window: int) -> Angles:
+    def rms(self, window: int) -> Vector:
         """Return the rms of the last ``window`` errors of each axis [rad]; 0 without errors."""
         last = self.errors[-window:]
-        a, b, c = [sqrt(total([row[axis] * row[axis] for row in last]) / max(1, len(last))) for axis in range(3)]
-        return a, b, c
+        return tuple([sqrt(total([row[axis] * row[axis] for row in last]) / max(1, len(last))) for axis in range(3)])
 
 
 class Predictions(NamedTuple):
-    """Copies of the twin in use, of the one left alone and, where there is one, of a rival.
+    """Copies of the twin in use, of the one left alone and, if there is one, of a rival.
 
-    ``arrived``: sums of the voltages that arrived since the last coarse step [V]; ``compared``: whether copies fell due
-    at this sample and were compared.
+    ``arrived``: sums of the voltages that arrived since the last coarse step [V]; ``compared``: whether predictions
+    were compared with this sample.
     """
 
     copies: tuple[Copies, ...]
@@ -51,17 +51,17 @@ class Predictions(NamedTuple):
 
     @property
     def used(self) -> Copies:
-        """Of the twin in use."""
+        """Copies of the twin in use."""
         return self.copies[0]
 
     @property
     def alone(self) -> Copies:
-        """Of the twin that was left alone."""
+        """Copies of the twin left alone."""
         return self.copies[1]
 
     def drop_running(self) -> "Predictions":
         """Return the predictions without running copies."""
-        return self._replace(copies=tuple([one._replace(running=()) for one in self.copies]))
+        return self._replace(copies=tuple([copies._replace(running=()) for copies in self.copies]))
 
     def move(self, twins: tuple[Twin, ...], k: int, plan: FollowPlan) -> "Predictions":
         """Return the copies of ``twins`` at sample ``k``, a coarse step later."""
@@ -71,29 +71,29 @@ class Predictions(NamedTuple):
         moved = []
         for copies, twin in zip(self.copies, twins, strict=True):
             front, rear = apply_shares(voltages, twin)
-            running = [step(one, front, rear, 0.0, time, length, twin.parameters) for one in copies.running]
+            running = [step(state, front, rear, 0.0, time, length, twin.parameters) for state in copies.running]
             moved.append(copies._replace(running=tuple(running)))
         return Predictions(tuple(moved))
 
-    def launch(self, seen: PlantState, angles: Angles, fresh: bool, plan: FollowPlan) -> "Predictions":
-        """Compare copies that have run for 1 s with the measured ``angles``; start new ones from ``seen``."""
+    def launch(self, state: PlantState, angles: Angles, fresh: bool, plan: FollowPlan) -> "Predictions":
+        """Compare copies that have run for 1 s with the measured ``angles``; start new ones from the ``state``."""
         full = plan.horizon // plan.launch
         launched = []
-        for one in self.copies:
-            if len(one.running) == full:
-                due = measured_angles(one.running[0])
+        for copies in self.copies:
+            if len(copies.running) == full:
+                due = measured_angles(copies.running[0])
                 error = (angles[0] - due[0], angles[1] - due[1], angles[2] - due[2])
-                errors = (*one.errors, error)[-WINDOWS * plan.window :] if fresh else one.errors
-                one = Copies(one.running[1:], due, errors)
-            launched.append(one._replace(running=(*one.running, seen)))
+                errors = (*copies.errors, error)[-WINDOWS * plan.window :] if fresh else copies.errors
+                copies = Copies(copies.running[1:], due, errors)
+            launched.append(copies._replace(running=(*copies.running, state)))
         return self._replace(copies=tuple(launched), compared=fresh and len(self.used.running) == full)
 
 
 def compare_errors(rival: Errors, used: Errors, axes: tuple[int, ...]) -> tuple[float, float]:
-    """Return how much larger the rival's squared errors are, as a share of those in use, and t of this difference.
+    """Return by which share the rival's squared errors are larger than those in use, and t of this difference.
 
-    Compared are the last ones of both. On every axis the squares are divided by the mean square in use; the mean over
-    ``axes`` is taken. t comes from the scatter of batches of 1 s. Negative: the rival predicts better.
+    As many of the last errors are compared as both have. On every axis the squares are divided by the mean square in
+    use; the result is the mean over ``axes``. t comes from the scatter of batches of 1 s. Below 0 the rival is better.
     """
     batches = min(len(rival), len(used)) // _BATCH
     if batches < 2:

@@ -1,4 +1,4 @@
-"""What the following twin takes in, remembers between two samples, and reports."""
+"""Input, state and reports of the following twin."""
 
 from math import sqrt
 from typing import Any, NamedTuple
@@ -13,8 +13,8 @@ from .prediction import Copies, Predictions
 _AHEAD = "predictions 1 s ahead"
 
 MODES = ("starting", "following", "alarmed", "on trial", "adopted", "suspended")
-"""The noise is being learned; all is well; a change is being named; it is on trial; it was adopted and is watched; the
-stream has stopped."""
+"""The noise is being learned; the twin fits; a change is being named; it is on trial; it was adopted and is watched;
+the stream has stopped or an encoder is at fault."""
 
 REASONS = {
     "suspected": ("alarm", "the innovations no longer fit the values in use; this change explains them best so far"),
@@ -41,18 +41,18 @@ REASONS = {
         "what has been seen since explains another change at least 100 times better; that one is tried instead",
     ),
 }  # fmt: skip
-"""What an event says, and why, by reason; the unit gives the place of both."""
+"""By key: what an event reports, and the reason in words. The unit Corrector gives the position of both."""
 
 WHAT = tuple(dict.fromkeys([what for what, _ in REASONS.values()]))
 """Alarm, adopted, held, rolled back, stream."""
 
-_LEARNED = 9  # blocks from which the noise is known
-_KEYS = {"time": "time_s", "since": "since_s", "other": "or"}  # of an event in a file, where they differ
+_LEARNED = 9  # blocks after which the noise is known
+_KEYS = {"time": "time_s", "since": "since_s", "other": "or"}  # in a file, where they differ from the names below
 _DIGITS = 9  # of times [s] in a file: k h in floats has a tail that means nothing
 
 
 class Sample(NamedTuple):
-    """What is read of the rig: voltages held from now on [V], angles [rad]; ``fresh`` is 0 where nothing came in."""
+    """One instant of the rig: voltages held from now on [V], angles [rad]; ``fresh`` is 0 if no sample came in."""
 
     v_front: float
     v_rear: float
@@ -81,23 +81,23 @@ class Event(NamedTuple):
     why: str = ""
 
     def document(self) -> dict[str, Any]:
-        """Return the event as a file has it."""
+        """Return the event as it is written to a file."""
         rounded = self._replace(time=round(self.time, _DIGITS), since=round(self.since, _DIGITS))
         return {_KEYS.get(name, name): value for name, value in rounded._asdict().items()}
 
 
 class CorrectorState(NamedTuple):
-    """Everything remembered.
+    """State of the following twin between two samples.
 
-    ``samples`` so far, after which instants without one are ``waiting`` for the next; ``mode``, and the sample
-    ``since`` which it lasts; ``settled``: sample from which sums count. The ``twin`` in use, standard ``errors`` of
-    what was adopted, and the sample at which it was ``changed`` last; ``rival``: the twin that is compared with it,
-    none or one. ``blocks``: the last ones; ``tested``: D^T u
-    and D^T W D of every change (:mod:`.evidence`) in those that the CUSUMs take; the largest sum over its threshold
-    (``alarm``), and ``run``: blocks for which the sum that gave it had been above zero. ``events`` of the last sample.
+    ``samples`` so far, and the number of instants without one that are ``waiting`` for the next sample; ``mode``, and
+    the sample at which it began (``mode_since``); ``settled_at``: sample from which innovations count. ``twin`` in use,
+    standard ``errors`` of adopted values, and the sample at which the twin last changed (``changed_at``); ``rival``:
+    none or one twin that is compared with it. ``blocks``: the last ones; ``tested``: D^T u and D^T W D of every change
+    (:mod:`.evidence`) in the blocks of the CUSUMs; ``alarm``: the largest CUSUM over its threshold; ``run``: number of
+    blocks for which the CUSUM that gave the alarm had been above zero. ``events`` of the last sample.
     """
 
-    settled: int
+    settled_at: int
     observer: Observer
     encoders: tuple[Encoder, ...]
     twin: Twin
@@ -109,10 +109,10 @@ class CorrectorState(NamedTuple):
     inflations: tuple[Inflation, ...]
     samples: int = 0
     waiting: int = 0
-    changed: int = 0
+    changed_at: int = 0
     rival: tuple[Twin, ...] = ()
     mode: str = "starting"
-    since: int = 0
+    mode_since: int = 0
     blocks: tuple[Block, ...] = ()
     tested: tuple[tuple[Projection, ...], ...] = ()
     alarm: float = 0.0
@@ -127,31 +127,31 @@ class CorrectorState(NamedTuple):
 
     @property
     def noise(self) -> Vector:
-        """Standard deviations of the innovations of the axes [rad]."""
-        return tuple([sqrt(one.variance) for one in self.noises])
+        """Standard deviation of the innovations of each axis [rad]."""
+        return tuple([sqrt(noise.variance) for noise in self.noises])
 
     @property
     def is_noise_known(self) -> bool:
-        """Whether enough blocks have told the noise; an axis that never moves tells none."""
-        return max(one.blocks for one in self.noises) >= _LEARNED
+        """Whether the noise was learned from enough blocks; an axis that never moves has none."""
+        return max(noise.blocks for noise in self.noises) >= _LEARNED
 
     def blocks_in_mode(self, plan: FollowPlan) -> int:
-        """Return the blocks for which the mode has lasted."""
-        return (self.samples - self.since) // plan.block
+        """Return the number of blocks since the mode began."""
+        return (self.samples - self.mode_since) // plan.block
 
-    def enter(self, mode: str, **more: Any) -> "CorrectorState":
-        """Return the state that enters ``mode`` now."""
-        return self._replace(mode=mode, since=self.samples, **more)
+    def enter(self, mode: str, **fields: Any) -> "CorrectorState":
+        """Return the state in a new ``mode``, with new values of other ``fields``."""
+        return self._replace(mode=mode, mode_since=self.samples, **fields)
 
     def use(self, values: Vector, errors: Vector, plan: FollowPlan) -> "CorrectorState":
-        """Return the state in which these ``values``, with their standard errors, are in use from now on."""
-        return self._replace(twin=plan.build_twin(values), errors=errors, changed=self.samples)
+        """Return the state whose twin uses these ``values`` from now on; ``errors``: their standard errors."""
+        return self._replace(twin=plan.build_twin(values), errors=errors, changed_at=self.samples)
 
     def with_rival(self, *rival: Twin) -> "CorrectorState":
-        """Return the state with a new ``rival``, or with none."""
+        """Return the state with a new ``rival``, or without one."""
         copies = (*self.predictions.copies[:2], *[Copies() for _ in rival])
         return self._replace(predictions=self.predictions._replace(copies=copies), rival=rival)
 
     def follow_again(self) -> "CorrectorState":
-        """Return the state that follows again, every CUSUM at zero, without a rival."""
+        """Return the state in the mode "following", with every CUSUM at zero and without a rival."""
         return self.with_rival().enter("following", finding=NOTHING, tested=(), alarm=0.0)

@@ -1,14 +1,12 @@
-"""A rig in flight. This door offers the link to it: its datagrams, their order, the time by which they are shown.
+"""A rig in flight. This door offers the link to it: datagrams, their order, and the clock of a co-simulation.
 
-The unit RigLink contains it, so that it needs the standard library alone. Commands enter the other modules by name:
-``listening`` (a rig), ``sources`` (a log in its place), ``session`` (a twin and its files), ``screen`` and ``page``.
+The unit RigLink contains the link, so that it needs only the standard library. Commands import the other modules by
+name: ``listening`` (a rig), ``sources`` (a log in its place), ``session`` (a twin and its files), ``screen``, ``page``.
 """
 
 from .align import Clock as Clock
-from .datagrams import JSON as JSON
 from .datagrams import USUAL_LAYOUT as USUAL_LAYOUT
 from .datagrams import Datagram as Datagram
 from .datagrams import Port as Port
-from .datagrams import encode as encode
 from .datagrams import read_address as read_address
 from .datagrams import read_layout as read_layout

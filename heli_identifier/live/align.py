@@ -1,60 +1,60 @@
-"""From datagrams as they come in to samples in order, and from those to a co-simulation's time or to uniform instants.
+"""From datagrams as they come in to samples in order, and then to a co-simulation's time or to uniform instants.
 
 **Order.** A network loses datagrams, sends some twice, and lets one overtake another. Samples wait here, sorted by the
-rig's time, until they are released; what happened is counted:
+rig's time, until they are released. Counted are samples that are
 
-* ``reordered``: it came after a later one, and in time.
-* ``late``: it came after a later one had been released; it is not used.
-* ``duplicated``: it was here before.
-* ``lost``: it was not there when a later one was released. A late one is late, not lost.
-* ``unclocked``: the rig's clock stood still or stepped back; its number says when it was taken.
-* ``stray``: its time was more than :data:`JUMP` from the newest one and the next sample did not continue it, so that
-  it was a damaged one. If the next does continue it, the stream paused (up to :data:`LONGEST_GAP`), or the sender
-  started again (``restarted``), and the order begins again.
+* ``reordered``: they came after a later one, but before that one was released.
+* ``late``: they came after a later one had been released; they are not used.
+* ``duplicated``: they came before.
+* ``lost``: they had not come when a later one was released. If they still come, they are late and not lost.
+* ``unclocked``: the rig's clock stood still or stepped back; their time follows from their number.
+* ``stray``: their time was more than :data:`JUMP` from the newest one, and the next sample did not continue it, so
+  that it was damaged. If the next sample does continue it, the stream paused (up to :data:`LONGEST_GAP`), or the
+  sender started again (``restarted``), and the order begins again.
 
 **Clock.** At simulated time t a co-simulation shows the rig's time s = t + offset. The first sample sets the offset so
-that it is shown ``delay`` later: for that long samples that were overtaken are waited for. The offset is set again
-where the two clocks have come apart by more than the maximum age of data: by a rig that started again, a clock that
-drifts, or a co-simulation that is not paced. The lead is how far the co-simulation runs ahead of the rig, t + offset +
-delay - s_newest; below 0 it runs behind and samples wait. Maximum age, look-ahead and lead are those of units that
-couple a rig by a broker (Frasheri, Ejersbo, Thule, Esterle, RMQFMU: bridging the real world with co-simulation, arXiv
-2107.01010); unlike those, nothing here waits for the rig.
+that it is shown ``delay`` later; overtaken samples can come in meanwhile. The offset is set again when the two clocks
+differ by more than the maximum age of data: the rig started again, a clock drifts, or the co-simulation is not paced.
+The lead, t + offset + delay - s_newest, is how far the co-simulation runs ahead of the rig; below 0 it runs behind and
+samples wait. Maximum age, look-ahead and lead are those of units that couple a rig by a broker (Frasheri, Ejersbo,
+Thule, Esterle, RMQFMU: bridging the real world with co-simulation, arXiv 2107.01010). Here nothing waits for the rig.
 
-**Grid.** A twin that follows steps by instants k h. A sample's number, or else its time, says which instant it belongs
-to. While nothing comes in, the instants go on by the clock of this computer, without samples; a rig whose own clock
-stood meanwhile, or that started again, then continues at the next instant.
+**Grid.** A twin that follows steps by instants k h. A sample's number, or else its time, gives its instant. While
+nothing comes in, the clock of this computer brings instants without samples. A rig whose clock stood meanwhile, or that
+started again, then continues at the next instant.
 """
 
 from __future__ import annotations
 
-from bisect import bisect
+from bisect import bisect, insort
 from collections import Counter, deque
 from collections.abc import Iterable
 from math import isnan
+from operator import attrgetter
 
 from .datagrams import Datagram
 
-JUMP = 1.0  # time from the newest sample, either way, beyond which one needs a second that continues it [s]
+JUMP = 1.0  # a sample further than this from the newest one needs a second one that continues it [s]
 LONGEST_GAP = 60.0  # longest pause that is bridged by the rig's clock; after a longer one the order begins again [s]
-RECENT = 256  # samples that a late one is compared with to see whether it came twice
-EARLY = 1e-9  # a sample is due so much before its time [s]: communication points k H have rounding errors
-_NEAR = 0.01  # share by which an age may be short of an interval and still be one: times since 1970 are rounded
-_STANDS = 1e-6  # [s] by which a clock moves at most that stands still: times since 1970 are rounded
+RECENT = 256  # number of released samples among which a duplicate is found
+EARLY = 1e-9  # a sample is due this much before its time [s]: communication points k H have rounding errors
+_AGE_TOLERANCE = 0.01  # share of an interval by which an age may fall short of it: times since 1970 are rounded
+_STANDSTILL = 1e-6  # a clock that moves by less stands still [s]: times since 1970 are rounded
 
 
 class Order:
-    """Samples that are ``waiting``, sorted by time, and ``counts`` of the words above and of those ``received``.
+    """Samples that are ``waiting``, sorted by time, and ``counts`` by the words above and of those ``received``.
 
-    ``sample_time``: sampling interval of the rig [s]. ``last`` was released last, ``newest`` is the one of the largest
-    time; ``stray`` is far from it and needs a second one; ``recent`` are the times of the last samples released;
-    ``shift`` is what the rig's clock lacks because it stood still or stepped back [s].
+    ``sample_time``: sampling interval of the rig [s]. ``last``: the sample released last; ``newest``: the one with the
+    largest time; ``stray``: one far from it, which needs a second one; ``recent``: times of the last released samples;
+    ``shift``: correction of the rig's clock, which stood still or stepped back [s].
     """
 
     def __init__(self, sample_time: float) -> None:
         self.sample_time, self.counts = sample_time, Counter[str]()
-        self._begin()
+        self._reset()
 
-    def _begin(self) -> None:
+    def _reset(self) -> None:
         self.waiting: list[Datagram] = []
         self.last: Datagram | None = None
         self.newest: Datagram | None = None
@@ -63,30 +63,30 @@ class Order:
         self.shift = 0.0
 
     def restart(self) -> None:
-        """Begin again for a rig that starts again; what waited is dropped, as nobody knows how long ago it was."""
+        """Begin again for a rig that started again; samples that waited are dropped, as their age is unknown."""
         self.counts["restarted"] += 1
-        self._begin()
+        self._reset()
 
     def take(self, sample: Datagram, arrived: float) -> None:
-        """Take in one more sample.
+        """Add a sample.
 
-        Without a time it is of its number times the sampling interval, without both of when it ``arrived`` by the
-        receiver's clock [s].
+        If it has no time, its time is its number times the sampling interval; if it has neither, the time at which it
+        ``arrived`` by the receiver's clock [s].
         """
         if isnan(sample.time):
             sample = sample._replace(time=arrived if sample.number < 0 else sample.number * self.sample_time)
         newest, stray, counts = self.newest, self.stray, self.counts
         sample = sample._replace(time=sample.time + self.shift)
         if newest is None or -JUMP <= sample.time - newest.time <= JUMP:
-            if stray is not None:  # the sample after it does not continue it
+            if stray is not None:  # this sample does not continue it
                 self.stray = None
                 counts["stray"] += 1
-            if newest is not None and 0 <= newest.number < sample.number and sample.time <= newest.time + _STANDS:
+            if newest is not None and 0 <= newest.number < sample.number and sample.time <= newest.time + _STANDSTILL:
                 time = newest.time + (sample.number - newest.number) * self.sample_time
                 self.shift += time - sample.time
                 counts["unclocked"] += 1
                 sample = sample._replace(time=time)
-            self._sort_in(sample)
+            self._insert(sample)
         elif stray is None or not 0.0 < sample.time - stray.time <= JUMP:
             if stray is not None:
                 counts["duplicated" if sample.time == stray.time else "stray"] += 1
@@ -95,11 +95,11 @@ class Order:
             if not 0.0 < stray.time - newest.time <= LONGEST_GAP:
                 self.restart()
             self.stray = None
-            self._sort_in(stray)
-            self._sort_in(sample)
+            self._insert(stray)
+            self._insert(sample)
 
-    def _sort_in(self, sample: Datagram) -> None:
-        """Put a sample at its place, or count one that is late or came twice."""
+    def _insert(self, sample: Datagram) -> None:
+        """Insert a sample in order, or count one that is late or came twice."""
         last, newest, counts = self.last, self.newest, self.counts
         if newest is None or sample.time > newest.time:
             self.newest = sample
@@ -113,21 +113,20 @@ class Order:
         else:
             counts["reordered"] += 1
         counts["received"] += 1
-        self.waiting.append(sample)
-        self.waiting.sort(key=lambda one: one.time)
+        insort(self.waiting, sample, key=attrgetter("time"))
 
     def release(self, until: float) -> list[Datagram]:
-        """Give out the samples up to ``until`` on the rig's clock [s].
+        """Return the samples up to the time ``until`` of the rig's clock [s]; they wait no longer.
 
-        Lost samples are counted by the sampling interval where there are no sequence numbers.
+        Without sequence numbers lost samples are counted by the sampling interval.
         """
-        count = bisect([sample.time for sample in self.waiting], until)
+        count = bisect(self.waiting, until, key=attrgetter("time"))
         released, self.waiting = self.waiting[:count], self.waiting[count:]
         for sample in released:
             if self.last is not None:
                 numbered = self.last.number >= 0 and sample.number >= 0
-                apart = (sample.time - self.last.time) / self.sample_time
-                steps = sample.number - self.last.number if numbered else round(apart)
+                intervals = (sample.time - self.last.time) / self.sample_time
+                steps = sample.number - self.last.number if numbered else round(intervals)
                 self.counts["lost"] += max(steps - 1, 0)
             self.last = sample
             self.recent.append(sample.time)
@@ -135,12 +134,12 @@ class Order:
 
 
 class Clock:
-    """Times by which a co-simulation shows samples, and what the last step shows: the last sample of its ``order``.
+    """Clock of a co-simulation: at each of its times it shows the last sample that its ``order`` has released.
 
     ``delay`` and maximum age of data [s]; the ``offset`` of the rig's clock [s] (None before the first sample), and how
-    often it was set again. ``fresh``: the sample shown is a new one, and the one that was due; one that came in a
-    sampling interval late is not the rig's state of this instant. ``age`` is how long ago it was the rig's state,
-    beyond the delay, and ``lead`` how far the co-simulation runs ahead of the rig [s].
+    often it was set again (``resynchronised``). ``fresh``: the sample shown is new and was due now; one that came in a
+    sampling interval late is not the rig's state of this instant. ``age`` of the sample shown, beyond the delay [s];
+    ``lead``: how far the co-simulation runs ahead of the rig [s].
     """
 
     def __init__(self, delay: float, maximum_age: float, sample_time: float) -> None:
@@ -149,28 +148,29 @@ class Clock:
         self.resynchronised, self.fresh, self.age, self.lead = 0, False, 0.0, 0.0
 
     def tick(self, time: float, samples: Iterable[Datagram]) -> None:
-        """Go to simulated ``time`` [s], ``samples`` having come in."""
-        order, newest, restarted = self.order, self.order.newest, self.order.counts["restarted"]
+        """Go to simulated ``time`` [s] with the ``samples`` that have come in."""
+        order, newest_before, restarted = self.order, self.order.newest, self.order.counts["restarted"]
         for sample in samples:
             order.take(sample, time)
         if order.newest is None:
             return
-        begin = order.newest.time - time - self.delay  # the offset without a lead
-        self.lead = 0.0 if self.offset is None else self.offset - begin
-        # Ahead: only a new sample shows where the rig's clock is; while none comes, the data grow old.
-        apart = self.lead < -self.maximum_age or (self.lead > self.maximum_age and order.newest is not newest)
-        if self.offset is None or apart or order.counts["restarted"] > restarted:
+        offset_without_lead = order.newest.time - time - self.delay
+        self.lead = 0.0 if self.offset is None else self.offset - offset_without_lead
+        # A large lead counts only with a new sample, which shows the rig's clock; while none comes, the data grow old.
+        is_ahead = self.lead > self.maximum_age and order.newest is not newest_before
+        is_behind = self.lead < -self.maximum_age
+        if self.offset is None or is_ahead or is_behind or order.counts["restarted"] > restarted:
             self.resynchronised += self.offset is not None
-            self.offset, self.lead = begin, 0.0
+            self.offset, self.lead = offset_without_lead, 0.0
         released = order.release(time + self.offset + EARLY)
         self.age = 0.0 if order.last is None else max(time + self.offset - order.last.time, 0.0)
-        self.fresh = bool(released) and self.age < (1.0 - _NEAR) * order.sample_time
+        self.fresh = bool(released) and self.age < (1.0 - _AGE_TOLERANCE) * order.sample_time
 
 
 class Grid:
-    """Instants k h: ``first`` is the sample that the others are counted from, at the instant ``base``.
+    """Instants k h, counted from the sample ``first`` at the instant ``base``.
 
-    ``tick`` is the last instant passed; ``silent``: the clock brought it, without a sample.
+    ``tick``: the last instant that has passed; ``silent``: it passed by the clock, without a sample.
     """
 
     def __init__(self, sample_time: float, first: Datagram) -> None:
@@ -182,21 +182,21 @@ class Grid:
         return self.base * self.sample_time + sample.time - self.first.time
 
     def place(self, sample: Datagram) -> int:
-        """Return a sample's instant; -1 for the second one of an instant."""
+        """Return the number of a sample's instant; -1 for a second sample of an instant."""
         by_time = (sample.time - self.first.time) / self.sample_time
         step = round(by_time)
         if sample.number >= 0 and self.first.number >= 0:
             counted = sample.number - self.first.number
-            # A number that does not go with its time is damaged.
+            # A number that does not agree with the time is damaged.
             if abs(counted - by_time) * self.sample_time <= JUMP:
                 step = counted
         if self.base + step > self.tick:
             self.tick, self.silent = self.base + step, False
             return self.tick
-        return self.go_on(sample, 1) if self.silent else -1
+        return self.resume(sample, 1) if self.silent else -1
 
-    def go_on(self, sample: Datagram, pause: int) -> int:
-        """Return the instant of a rig that goes on with ``sample``, ``pause`` instants after the last one."""
+    def resume(self, sample: Datagram, pause: int) -> int:
+        """Count from ``sample`` on, ``pause`` instants after the last one; return its instant."""
         self.first, self.base, self.silent = sample, self.tick + pause, False
         self.tick = self.base
         return self.tick

@@ -1,7 +1,6 @@
 """Datagrams of a rig: rows of doubles, as the UDP blocks of Simulink and QUARC send them, and JSON lines.
 
-A datagram holds one sample. In a layout of doubles it is a row of them, little-endian and without padding, in the order
-that the layout names:
+A datagram holds one sample: a row of doubles, little-endian and without padding, in the order that the layout names:
 
     sequence time v_front v_rear pitch elevation travel
 
@@ -9,12 +8,12 @@ The five signals are needed. ``sequence`` counts the samples, ``time`` is the ri
 missing. An angle in degrees is ``pitch[deg]``, and ``-`` is a double that is not read. The layout ``json`` is an object
 with these names as its keys, one line per datagram.
 
-What cannot be a sample is not decoded: a wrong length, a number that is not finite or that no rig reaches.
+A datagram of a wrong length, or with a number that is not finite or that no rig reaches, is refused.
 
-A :class:`Port` hears one sender. The first that sends a good datagram is the rig, unless it is named. From then on the
-socket is connected to it, so that the system itself drops what others send. Where only the address of the sender is
-named, any of its ports is heard, so that a rig can start again; what others send is then dropped and counted here. A
-sender that was not named and has been silent for :data:`FORSAKEN` gives its place to the next one.
+A :class:`Port` hears one sender: the one that is named, or else the first that sends a good datagram. The socket is
+then connected to it, so that the system drops the datagrams of others. If only the address of the sender is named, any
+of its ports is heard, so that a rig can start again; the datagrams of others are then dropped and counted here. If a
+sender that was not named is silent for :data:`SENDER_TIMEOUT`, the next one takes its place.
 """
 
 from __future__ import annotations
@@ -37,8 +36,8 @@ JSON = "json"
 
 LARGEST_JSON = 1024  # bytes of the longest JSON line that is read; one of this project has about 150
 LARGEST_DATAGRAM = 65_507  # bytes of the longest datagram of UDP under IPv4
-BUFFER = 1 << 20  # bytes that the system keeps of a receiver that is late: about 10 s of a rig at 1 kHz
-FORSAKEN = 2.0  # silence of a sender that was not named after which another one may be the rig [s]
+BUFFER = 1 << 20  # bytes that the system stores for a late receiver: about 10 s of a rig at 1 kHz
+SENDER_TIMEOUT = 2.0  # silence of a sender that was not named after which another one may be the rig [s]
 
 BOUNDS = {
     "v_front": (-30.0, 30.0),  # [V], as the units' inputs take them
@@ -49,7 +48,7 @@ BOUNDS = {
     "sequence": (0.0, 2.0**53),  # whole numbers up to here are exact as doubles
     "time": (-1e19, 1e19),  # nanoseconds since 1970 lie within
 }
-"""Smallest and largest value of what a datagram holds."""
+"""Smallest and largest value of each entry of a datagram."""
 
 _UNITS = {"rad]": 1.0, "deg]": pi / 180.0}
 _ANGLES = SIGNALS[2:]
@@ -58,7 +57,7 @@ _KNOWN = (*SIGNALS, "sequence", "time", _IGNORED)
 
 
 class Layout(NamedTuple):
-    """What a datagram holds, doubles or JSON: names in their order, and factors to SI by name, None if not stated."""
+    """Contents of a datagram, doubles or JSON: names in their order, and factors to SI by name, None if not stated."""
 
     names: tuple[str, ...]
     factors: Mapping[str, float | None]
@@ -73,7 +72,7 @@ class Layout(NamedTuple):
 class Datagram(NamedTuple):
     """One sample: voltages [V] and angles [rad] by :data:`SIGNALS`.
 
-    ``number`` counts the samples of the rig and is -1 where none is sent; ``time`` is the rig's [s], NaN likewise.
+    ``number`` counts the samples of the rig, -1 if it is not sent; ``time`` of the rig's clock [s], NaN if not sent.
     """
 
     number: int
@@ -109,7 +108,7 @@ def read_layout(text: str) -> Layout:
 
 
 def decode(datagram: bytes, layout: Layout) -> Datagram | str:
-    """Return the sample in a datagram, or the reason why it holds none."""
+    """Return the sample in a datagram, or the reason why there is none."""
     if layout.is_json:
         if len(datagram) > LARGEST_JSON:
             return f"it has more than {LARGEST_JSON} bytes"
@@ -123,7 +122,7 @@ def decode(datagram: bytes, layout: Layout) -> Datagram | str:
         if len(datagram) != layout.size:
             return f"it has {len(datagram)} bytes, {layout.size} are needed for {' '.join(layout.names)}"
         content = dict(zip(layout.names, struct.unpack(f"<{len(layout.names)}d", datagram), strict=True))
-    found = dict[str, float]()
+    values = dict[str, float]()
     for name, (low, high) in BOUNDS.items():
         value: Any = content.get(name)
         if value is None and name not in SIGNALS:
@@ -131,16 +130,16 @@ def decode(datagram: bytes, layout: Layout) -> Datagram | str:
         # JSON also has numbers that no double holds, texts, true and false
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool) and -1e300 < value < 1e300
         value = value * (layout.factors.get(name) or 1.0) if is_number else value
-        whole = name == "sequence"
-        if not is_number or not low <= value <= high or (whole and value != int(value)):
-            return f"{name} = {value!r} must be a {'whole ' * whole}number in [{low:.5g}, {high:.5g}]"
-        found[name] = float(value)
-    number, time = int(found.get("sequence", -1)), found.get("time", nan)
-    return Datagram(number, time, tuple([found[name] for name in SIGNALS]))
+        is_count = name == "sequence"
+        if not is_number or not low <= value <= high or (is_count and value != int(value)):
+            return f"{name} = {value!r} must be a {'whole ' * is_count}number in [{low:.5g}, {high:.5g}]"
+        values[name] = float(value)
+    number, time = int(values.get("sequence", -1)), values.get("time", nan)
+    return Datagram(number, time, tuple([values[name] for name in SIGNALS]))
 
 
 def encode(sample: Datagram, layout: Layout) -> bytes:
-    """Return the datagram of a sample; a number or time that it lacks is sent as 0."""
+    """Return the datagram of a sample; a missing number or time is sent as 0."""
     content = dict(zip(SIGNALS, sample.signals, strict=True))
     content |= {"sequence": max(sample.number, 0), "time": 0.0 if isnan(sample.time) else sample.time}
     if layout.is_json:
@@ -149,11 +148,11 @@ def encode(sample: Datagram, layout: Layout) -> bytes:
     return struct.pack(f"<{len(numbers)}d", *numbers)
 
 
-def read_address(text: str, what: str, least: int = -1) -> tuple[str, int]:
+def read_address(text: str, what: str, lowest_port: int = -1) -> tuple[str, int]:
     """Return the numeric address and port of ``HOST:PORT``; an IPv6 address stands in brackets, a missing port is -1.
 
-    Names are not looked up, because that may wait for the network; ``localhost`` is known. An address that stands for
-    many, a port below ``least`` and all that is no address are a ConfigurationError.
+    Names are not looked up, because that may wait for the network; only ``localhost`` is known. A text that is no
+    address, an address of many machines and a port below ``lowest_port`` are a ConfigurationError.
     """
     host, port = text.strip(), ""
     if host.startswith("["):
@@ -167,10 +166,10 @@ def read_address(text: str, what: str, least: int = -1) -> tuple[str, int]:
         address = None
     # int() would also take +1_0 and the digits of other scripts
     number = int(port[:6]) if port.isascii() and port.isdigit() else -1
-    if address is None or not least <= number <= 65535 or (port and number < 0):
+    if address is None or not lowest_port <= number <= 65535 or (port and number < 0):
         raise ConfigurationError(f"{what} = {text!r} must be a numeric address and a port, as 127.0.0.1:25000")
-    own = getattr(address, "ipv4_mapped", None) or address
-    if own.is_unspecified or own.is_multicast or str(own) == "255.255.255.255":
+    machine = getattr(address, "ipv4_mapped", None) or address
+    if machine.is_unspecified or machine.is_multicast or str(machine) == "255.255.255.255":
         raise ConfigurationError(f"{what} = {text!r} stands for many machines or networks; name one address")
     return str(address), number
 
@@ -178,11 +177,11 @@ def read_address(text: str, what: str, least: int = -1) -> tuple[str, int]:
 class Port:
     """A UDP socket that hears one sender.
 
-    ``address`` and ``number`` of the port are of this machine, not 0.0.0.0; port 0 stands for a free one. ``sender`` is
-    ``HOST:PORT`` or ``HOST`` (port -1, any); without, the first good sender is the rig. Counted are datagrams that held
-    no sample (``refused``), those of others (``foreign``), and senders that were taken for the rig (``elections``).
-    ``reason``: why the last datagram was refused; ``note`` about the sender; ``lost``: why the port could not be opened
-    again, after which nothing is heard. All are empty for nothing.
+    ``address`` and ``number`` of the port are of this machine, not 0.0.0.0; port 0 stands for a free one. ``sender``:
+    ``HOST:PORT`` or ``HOST`` (port -1, any); if empty, the first good sender is the rig. Counted are datagrams without
+    a sample (``refused``), those of others (``foreign``), and senders that were taken for the rig (``elections``).
+    Texts, empty for none: ``reason`` why the last datagram was refused; ``note`` about the sender; ``lost``: why the
+    port could not be opened again, after which nothing is heard.
     """
 
     def __init__(self, address: str, number: int, sender: str, layout: Layout) -> None:
@@ -192,7 +191,7 @@ class Port:
         self.refused = self.foreign = self.elections = 0
         self.reason = self.note = self.lost = ""
         self._named, self._any_port = bool(sender), self.sender is not None and self.sender[1] < 0
-        self._heard = 0.0
+        self._heard_at = 0.0
         self._socket = self._open(host, number)
         self.address: tuple[str, int] = self._socket.getsockname()[:2]
 
@@ -219,12 +218,12 @@ class Port:
         self._socket.close()
 
     def receive(self, most: int) -> Iterator[Datagram]:
-        """Give the samples that have come in, of at most ``most`` datagrams; never waits."""
+        """Yield the samples that have come in, from at most ``most`` datagrams; never waits."""
         for _ in range(most):
             try:
-                # One byte more than a good one has shows that a datagram is too long, whatever its length.
+                # One byte more than a good datagram has shows that this one is too long.
                 content, source = self._socket.recvfrom(self.layout.size + 1)
-            except OSError:  # nothing is there, or the network says that something is wrong with it
+            except OSError:  # nothing has come in, or the network reports a fault
                 break
             host, port = source[0], source[1]
             if self.sender is not None and (host != self.sender[0] or (port != self.sender[1] and not self._any_port)):
@@ -235,23 +234,23 @@ class Port:
                 self.refused += 1
                 self.reason = f"a datagram of {host}:{port} holds no sample: {sample}"
                 continue
-            self._heard = monotonic()
+            self._heard_at = monotonic()
             if self.sender is None:
-                self._elect(source)
+                self._choose_sender(source)
             yield sample
-        if self.sender is not None and not self._named and monotonic() - self._heard > FORSAKEN:
-            self._forsake()
+        if self.sender is not None and not self._named and monotonic() - self._heard_at > SENDER_TIMEOUT:
+            self._drop_sender()
 
-    def _elect(self, source: tuple[Any, ...]) -> None:
+    def _choose_sender(self, source: tuple[Any, ...]) -> None:
         self.sender = (source[0], source[1])
         self.elections += 1
         if self.elections > 1:
             self.note += f"the rig is {source[0]}:{source[1]} since"
-        with suppress(OSError):  # where it cannot be connected, the comparison of addresses does it
+        with suppress(OSError):  # without a connection the comparison of addresses drops the others
             self._socket.connect(source)
 
-    def _forsake(self) -> None:
-        """Hear every sender again: a connected socket hears one only, so that it is opened once more."""
+    def _drop_sender(self) -> None:
+        """Hear every sender again: a connected socket hears only one, so that it is opened again."""
         before, self.sender = self.sender, None
         self._socket.close()
         try:

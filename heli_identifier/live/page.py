@@ -1,9 +1,9 @@
 """A twin that follows, as a page for a browser on this computer.
 
-The page asks five times a second for what there is to see. It may load nothing from anywhere else (its content security
-policy says so). A request that names another host than this one is refused: a page of the internet that lets its name
-point to this computer gets nothing. Requests are answered one after another, each within a second, so that nobody can
-take the descriptors that the recording needs.
+The page requests the view five times a second. Its content security policy forbids it to load anything from elsewhere.
+A request that names another host than this one is refused, so that a page of the internet whose name points to this
+computer gets nothing. Requests are answered one after another, each within a second, so that no client can take the
+descriptors that the recording needs.
 """
 
 import json
@@ -23,7 +23,7 @@ from heli_identifier.live.session import Show, View
 from heli_identifier.results import to_plain
 
 _EVENTS_SHOWN = 50  # the latest ones
-_PAGES = {
+_FILES = {
     "/": ("index.html", "text/html; charset=utf-8"),
     "/follow.js": ("follow.js", "text/javascript; charset=utf-8"),
     "/follow.css": ("follow.css", "text/css; charset=utf-8"),
@@ -39,13 +39,13 @@ _HEADERS = {
 
 
 class _Server(HTTPServer):
-    def __init__(self, place: tuple[str, int], title: str) -> None:
-        self.address_family = AF_INET6 if ":" in place[0] else AF_INET
-        self.host, self.title, self.view = place[0], title, View()
-        super().__init__(place, _Handler)
+    def __init__(self, address: tuple[str, int], title: str) -> None:
+        self.address_family = AF_INET6 if ":" in address[0] else AF_INET
+        self.host, self.title, self.view = address[0], title, View()
+        super().__init__(address, _Handler)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        pass  # a reader that leaves is no error
+        pass  # a client that leaves is no error
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -54,27 +54,27 @@ class _Handler(BaseHTTPRequestHandler):
     timeout = 1.0  # [s] for which a connection may say nothing
 
     def do_GET(self) -> None:
-        """Answer with the page, its parts, or what there is to see."""
-        asked = urlsplit(self.path)
-        if not self._is_for_us():
+        """Answer with the page, its parts, or the view."""
+        request = urlsplit(self.path)
+        if not self._names_this_host():
             self._send(421, "text/plain; charset=utf-8", b"this is not the host that was asked for\n")
-        elif asked.path == "/view":
-            self._send(200, "application/json", self._view(parse_qs(asked.query).get("after", ["-1"])[0]))
-        elif asked.path in _PAGES:
-            name, kind = _PAGES[asked.path]
+        elif request.path == "/view":
+            self._send(200, "application/json", self._view(parse_qs(request.query).get("after", ["-1"])[0]))
+        elif request.path in _FILES:
+            name, kind = _FILES[request.path]
             self._send(200, kind, (files("heli_identifier.live") / "page" / name).read_bytes())
         else:
             self._send(404, "text/plain; charset=utf-8", b"there is no such page\n")
 
     def _view(self, after: str) -> bytes:
-        """Return what there is to see; of the past only what a page lacks that has it up to ``after`` [s]."""
+        """Return the view as JSON; its ``past`` begins after the time ``after`` [s], up to which the page has it."""
         view = self.server.view
         document = to_plain({**view._asdict(), "stream": view.stream.line, "events": view.events[-_EVENTS_SHOWN:]})
         document["past"] = [due for due in document["past"] if due["time"] > float(after)]
         return json.dumps({"title": self.server.title, **document}).encode()
 
-    def _is_for_us(self) -> bool:
-        """Whether the request names an address of this server: a foreign name was made to point here."""
+    def _names_this_host(self) -> bool:
+        """Return whether the request names this server's address; any other name was made to point here."""
         try:
             host = urlsplit("//" + self.headers.get("Host", "")).hostname
         except ValueError:
@@ -94,17 +94,17 @@ class _Handler(BaseHTTPRequestHandler):
 
 @contextmanager
 def serve_page(address: str, title: str) -> Iterator[tuple[str, Show]]:
-    """Serve the page while the block runs; give its address and what shows a view on it.
+    """Serve the page while the block runs; yield its address and a function that shows a view on it.
 
-    An address that is none or stands for many, and a port that is taken, are a ConfigurationError.
+    An invalid address, one of many machines, and a port that is taken are a ConfigurationError.
     """
-    place = read_address(address, "--serve-at", 0)
+    numeric = read_address(address, "--serve-at", 0)
     try:
-        server = _Server(place, title)
+        server = _Server(numeric, title)
     except OSError as error:
         raise ConfigurationError(f"--serve-at {address} cannot be served: {error.strerror}.") from error
     Thread(target=server.serve_forever, kwargs={"poll_interval": 0.2}, daemon=True).start()
-    host = f"[{place[0]}]" if ":" in place[0] else place[0]
+    host = f"[{server.host}]" if ":" in server.host else server.host
 
     def show(view: View) -> None:
         server.view = view

@@ -22,27 +22,27 @@ _COLOURS = {"alarm": "yellow", "adopted": "green", "rolled back": "red", "stream
 
 @contextmanager
 def show_screen(title: str) -> Iterator[Show]:
-    """Show the twin on the error stream while the block runs; what is seen last stays there."""
+    """Show the twin on the error stream while the block runs; the last view stays there."""
     console = Console(stderr=True, highlight=False)
     with Live(Text(title), console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False) as live:
         yield lambda view: live.update(draw_screen(title, view), refresh=True)
 
 
 def print_events() -> Show:
-    """Give what prints new events on the error stream, where that is no terminal."""
-    told = 0
+    """Return a function that prints new events on the error stream, for use without a terminal."""
+    printed = 0
 
     def show(view: View) -> None:
-        nonlocal told
-        for event in view.events[told:]:
+        nonlocal printed
+        for event in view.events[printed:]:
             print(event_line(event), file=sys.stderr, flush=True)
-        told = len(view.events)
+        printed = len(view.events)
 
     return show
 
 
 def draw_screen(title: str, view: View) -> Group:
-    """Give the screen."""
+    """Return the screen."""
     head = Text(title, style="bold")
     if not view.values:
         return Group(head, Text(view.stream.line or "starting", style="dim"))
@@ -63,7 +63,7 @@ def draw_screen(title: str, view: View) -> Group:
 
 
 def event_line(event: Any) -> str:
-    """Say an event in one line."""
+    """Return an event as one line of text."""
     name = f" {event['name']}" if event["name"] else ""
     other = f" (or {event['or']})" if event["or"] else ""
     estimate = Estimate(event["value"], event["standard_error"], "1")
@@ -85,7 +85,7 @@ def _axes(view: View) -> Table:
         if view.past:
             last, error = view.past[-1], view.past[-1]["error"][i]
             worse = error is not None and declared is not None and error > 1.3 * declared
-            angles = [f"{last[which][i]:.4f}".replace("-", "−") for which in ("measured", "predicted")]
+            angles = [f"{last[key][i]:.4f}".replace("-", "−") for key in ("measured", "predicted")]
             cells = [*angles, Text(_milli(error), style="yellow" if worse else ""), _milli(last["error_alone"][i])]
         table.add_row(axis, *cells, _milli(declared))
     return table

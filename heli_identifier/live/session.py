@@ -1,7 +1,7 @@
-"""One flight that a twin follows: its steps, with all that they say on disk as it is said.
+"""One flight that a twin follows: its steps, and its files, which are written while it flies.
 
-Every row of a journal is handed to the system as it comes: a command that is killed loses none. Once a second the
-system is asked to put them on the disk, so that a loss of power costs a second.
+Every row of a journal is handed to the system at once: a command that is killed loses none. Once a second the system is
+asked to put the rows on the disk, so that a loss of power costs a second.
 """
 
 import os
@@ -25,28 +25,26 @@ from heli_plant.observer import CORRECTED
 from heli_plant.parameters import PARAMETERS, PlantParameters
 
 RECORDED, PREDICTIONS, EVENTS, IN_USE = "recorded.csv", "predictions.csv", "events.json", "following.json"
-"""Files of a flight: what came in, predictions, events, and the parameters that the twin uses."""
+"""Files of a flight: its samples, predictions, events, and the parameters that the twin uses."""
 
 ADVICE, GAINS = "control_advice.json", "controller.json"
-"""Files: how the margins stand, and the gains that are offered, as parameters of the PidController."""
+"""Files: the margins of the controller, and the gains that are offered, as parameters of the PidController."""
 
 DIAGNOSED = "diagnosis.json"
-"""File of a diagnosis, which a flight ends with."""
+"""File of an earlier diagnosis."""
 
-SYNCED_EVERY, WRITTEN_EVERY, SHOWN_EVERY = 1.0, 0.05, 0.2
+SYNC_INTERVAL, WRITE_INTERVAL, VIEW_INTERVAL = 1.0, 0.05, 0.2
 """Time between two requests to put rows on the disk, two writes to the journals, and two views [s]."""
 
-_PAST = 300  # comparisons that a view holds: a minute of flight, five a second
-_DIGITS = 9  # of times [s] in a file: k h in floats has a tail that means nothing
+_PAST = 300  # comparisons in a view: a minute of flight, five a second
+_DIGITS = 9  # decimals of times [s] in a file: k h has a rounding error
 
 Changed = Callable[[PlantParameters, Mapping[str, float], float], None]
+"""Called with the plant's parameters, their standard errors by structured name, and the elevation [rad]."""
 
 
 class Journal:
-    """A CSV file that is made with its header and only grows, by whole rows.
-
-    One that is there already holds what was measured before, and is never replaced.
-    """
+    """A CSV file that is created with its header and only grows, by whole rows; an existing file is never replaced."""
 
     def __init__(self, path: Path, columns: Sequence[str]) -> None:
         self.path, self.rows, self._synced = path, 0, monotonic()
@@ -55,21 +53,18 @@ class Journal:
         self.flush()
 
     def add(self, row: Sequence[float]) -> None:
-        """Add a row; :meth:`flush` writes it. Numbers read back as the same double."""
+        """Add a row, which :meth:`flush` writes; a number that is read back is the same double."""
         self._pending.append(",".join(map(repr, row)) + "\n")
         self.rows += 1
 
     def flush(self) -> None:
-        """Hand the rows that were added to the system.
-
-        Where the disk is full or gone the OSError names the file, which ends with a whole row.
-        """
+        """Hand the added rows to the system; an OSError names the file, which then ends with a whole row."""
         data, written, begin = "".join(self._pending).encode(), 0, self._file.tell()
         self._pending.clear()
         try:
             while written < len(data):
                 written += self._file.write(data[written:])
-            if data and monotonic() - self._synced > SYNCED_EVERY:
+            if data and monotonic() - self._synced > SYNC_INTERVAL:
                 self._synced = monotonic()
                 os.fsync(self._file)
         except OSError as error:
@@ -77,21 +72,21 @@ class Journal:
             raise OSError(error.errno, error.strerror, str(self.path)) from error
 
     def close(self) -> None:
-        """Write what is left and close the file."""
+        """Write the remaining rows and close the file."""
         with self._file:
             self.flush()
             os.fsync(self._file)
 
 
 class View(NamedTuple):
-    """What there is to see at one instant, on the terminal and on the page alike.
+    """The state of a flight, as the terminal and the page show it.
 
-    ``time`` [s], ``mode``; ``alarm``: the detector's largest sum over its threshold [1], and the likeliest change as
-    ``suspect``; how the ``stream`` is doing; ``notice`` about the controller; ``events`` as they stand in their file.
-    ``past``: instants for which predictions fell due, with the angles ``measured``, ``predicted`` 1 s before and by the
-    twin left alone, and rms errors of both over the window (None where there is none yet) [rad]; ``declared``: those of
-    the parameters [rad]. ``values``: each at the ``start`` and as ``used``, with half the 95 % ``band`` of the latter,
-    0 where it is not known; none before the first step.
+    ``time`` [s], ``mode``; ``alarm``: the largest CUSUM over its threshold [1]; ``suspect``: the likeliest change;
+    status of the ``stream``; ``notice`` about the controller; ``events`` as in their file. ``past``: the last instants
+    with a comparison: angles ``measured``, ``predicted`` 1 s before and by the twin left alone, and rms errors of both
+    over the window, None before the first [rad]; ``declared``: the errors that the diagnosis expects [rad].
+    ``values``: of each parameter at the ``start`` and as ``used``, with the half-width of its 95 % interval (``band``),
+    0 if unknown; empty before the first step.
     """
 
     time: float = 0.0
@@ -112,15 +107,15 @@ Show = Callable[[View], None]
 def check_unused(folder: Path) -> None:
     """Refuse a folder that holds an earlier flight or diagnosis: a ConfigurationError that names the file."""
     for name in (RECORDED, PREDICTIONS, DIAGNOSED):
-        said = f"{folder / name} is there already and is not replaced, it holds what was recorded before"
-        refuse(os.path.lexists(folder / name), f"{said}; name another folder.")
+        reason = "is there already and is not replaced, it holds what was recorded before; name another folder."
+        refuse(os.path.lexists(folder / name), f"{folder / name} {reason}")
 
 
 class Session:
     """A twin and the files of its flight, in a folder that must not hold an earlier recording.
 
-    ``parameters`` are the plant's, as a diagnosis delivers them. ``changed`` is called when a change was adopted or
-    taken back, with the plant's parameters, their standard errors by structured name, and the elevation [rad].
+    ``parameters`` are the plant's, as a diagnosis delivers them. ``changed`` is called after a change was adopted or
+    taken back.
     """
 
     def __init__(self, folder: Path, parameters: ParameterSet, changed: Changed = lambda *_: None) -> None:
@@ -129,9 +124,9 @@ class Session:
         declared = {axis: expected.prediction_1s_rad.value for axis, expected in parameters.expected.items()}
         self.declared = tuple(declared.get(axis) for axis in AXES)
         self.errors = {name: value.standard_error or 0.0 for name, value in parameters.values.items()}
-        with whole_folder(folder):  # it is made, or said why not
+        with whole_folder(folder):  # creates it
             check_unused(folder)
-        self.events: list[dict[str, Any]] = []  # as they stand in their file
+        self.events: list[dict[str, Any]] = []  # as in their file
         self._write_events()
         angles = [f"{twin}{axis} [rad]" for twin in ("", "predicted.", "predicted_alone.") for axis in AXES]
         self.predictions = Journal(folder / PREDICTIONS, ["time [s]", *angles])
@@ -153,26 +148,26 @@ class Session:
         self.recorded.add((self.last_time, *signals))
 
     def run(self, source: Listening | Player, stopped: Callable[[], bool], show: Show) -> None:
-        """Follow what comes from a ``source`` until it ends or has ``stopped``, and show it five times a second.
+        """Follow the samples of a ``source`` until it ends or the flight has ``stopped``; show five views a second.
 
-        What there is to say about the stream becomes an event.
+        Notes and faults of the stream become events.
         """
         written = shown = monotonic()
         for sample in source.instants(self.keep, stopped):
             if sample is not None:
                 self._step(sample, source.sample_time)
             now = monotonic()
-            if sample is None or now - written > WRITTEN_EVERY:
+            if sample is None or now - written > WRITE_INTERVAL:
                 self.write()
                 written = now
-            if now - shown > SHOWN_EVERY:
+            if now - shown > VIEW_INTERVAL:
                 shown = now
                 show(self.view(source.status))
         self.write()
-        last = source.status
-        show(self.view(last))
-        if last.faults:
-            self.say(Event(self.time, "stream", why=last.faults))
+        status = source.status
+        show(self.view(status))
+        if status.faults:
+            self.add_event(Event(self.time, "stream", why=status.faults))
 
     def _step(self, sample: Sample, sample_time: float) -> None:
         if self.twin is None:
@@ -195,10 +190,10 @@ class Session:
             })  # fmt: skip
             self.predictions.add((time, *sample[2:5], *used.predicted, *alone.predicted))
         for event in events:
-            self.say(event)
+            self.add_event(event)
 
-    def say(self, event: Event) -> None:
-        """Add an event to the file of events; an adoption or its end writes the parameters in use as well."""
+    def add_event(self, event: Event) -> None:
+        """Add an event to its file; after an adoption or a roll back write the parameters in use as well."""
         self.events.append(event.document())
         self._write_events()
         if event.what in ("adopted", "rolled back"):
@@ -209,21 +204,21 @@ class Session:
         write_atomically(self.folder / EVENTS, document_text(self.events))
 
     def write(self) -> None:
-        """Hand everything that came in to the system."""
+        """Hand the rows of both journals to the system."""
         self.recorded.flush()
         self.predictions.flush()
 
     def close(self) -> None:
-        """Write what is left and close the files."""
+        """Write the remaining rows and close the files."""
         self.recorded.close()
         self.predictions.close()
 
     def view(self, stream: Status) -> View:
-        """Return what there is to see; what the ``stream`` notes becomes an event first."""
+        """Return the view of the flight; new notes of the ``stream`` become events first."""
         for note in stream.notes:
             if note not in self._noted:
                 self._noted.add(note)
-                self.say(Event(self.time, "stream", why=note))
+                self.add_event(Event(self.time, "stream", why=note))
         view = View(stream=stream, events=tuple(self.events), declared=self.declared)
         if self.twin is None or self._time == 0.0:
             return view
@@ -238,14 +233,17 @@ class Session:
         )
 
     def in_use(self) -> ParameterSet:
-        """Return the parameters that the twin uses; what was adopted has the standard error of its adoption."""
+        """Return the parameters that the twin uses; adopted values have the standard error of their adoption."""
         plant, errors = self._plant_in_use()
-        rows = [(row, errors[row.name]) for row in PARAMETERS if errors.get(row.name)]
-        known = {row.field: Estimate(getattr(plant, row.field), error, row.unit) for row, error in rows}
+        known = {
+            row.field: Estimate(getattr(plant, row.field), errors[row.name], row.unit)
+            for row in PARAMETERS
+            if errors.get(row.name)
+        }
         return ParameterSet(PLANT, plant_values(plant, known), {}, self.provenance)
 
     def _plant_in_use(self) -> tuple[PlantParameters, dict[str, float]]:
-        """Return the plant in use, and the standard errors of its parameters that are known."""
+        """Return the plant in use, and the known standard errors of its parameters by structured name."""
         if self.twin is None:
             return self.plant, self.errors
         plan, state = self.twin
@@ -254,12 +252,11 @@ class Session:
 
 
 def _values(state: CorrectorState, plan: FollowPlan, known: Mapping[str, float]) -> list[dict[str, Any]]:
-    """Return what is on of what the twin may change; standard errors are ``known`` where nothing was adopted."""
-    found = []
-    for (name, unit), start, used, error in zip(
-        CORRECTED, plan.alone.values, state.twin.values, state.errors, strict=True
-    ):
+    """Return the values that are not 0; ``known``: standard errors of those that were not adopted."""
+    rows = []
+    columns = zip(CORRECTED, plan.alone.values, state.twin.values, state.errors, strict=True)
+    for (name, unit), start, used, error in columns:
         if start != 0.0 or used != 0.0:
             band = 1.96 * (error or known.get(name, 0.0))
-            found.append({"name": name, "start": start, "used": used, "band": band, "unit": unit_text(unit) or "1"})
-    return found
+            rows.append({"name": name, "start": start, "used": used, "band": band, "unit": unit_text(unit) or "1"})
+    return rows

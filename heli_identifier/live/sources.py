@@ -1,4 +1,4 @@
-"""Where samples come from besides a rig: a log that is played in its place; and a log that is sent as a rig does."""
+"""A log in place of a rig: played to the twin, or sent by UDP."""
 
 import socket
 from collections.abc import Callable, Iterator
@@ -11,11 +11,11 @@ from heli_identifier.live.listening import WAIT, Keep, Status
 from heli_identifier.records import Log
 
 SPEEDS = (1e-3, 1e6)
-"""How many times faster than the rig a log is sent or played, at least and at most."""
+"""Range of how many times faster than the rig a log is sent or played."""
 
 
 class Player:
-    """A log in place of a rig, played ``speed`` times faster than it was flown; 0: as fast as it goes."""
+    """A log that is played ``speed`` times faster than it was flown; 0: as fast as possible."""
 
     status = Status()
 
@@ -25,7 +25,7 @@ class Player:
         self.log, self.speed, self.sample_time = log, speed, log.step
 
     def instants(self, keep: Keep, stopped: Callable[[], bool]) -> Iterator[Sample | None]:
-        """Give the samples at their instants until the flight has ``stopped``; None while none is due."""
+        """Yield the samples at their instants until the flight has ``stopped``; None while none is due."""
         began = monotonic()
         for _, time, signals in _rows(self.log):
             while self.speed > 0.0 and (ahead := began + time / self.speed - monotonic()) > 0.0 and not stopped():
@@ -50,10 +50,10 @@ def send(
     layout: Layout,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> float:
-    """Send a log as a rig would; return how far the last datagrams were behind their instants [s].
+    """Send a log ``to`` HOST:PORT as a rig would; return the delay of the last datagram [s].
 
-    It goes ``to`` HOST:PORT, ``speed`` times faster than the rig was. The time of a datagram is the log's, its sequence
-    number counts from 0. ``progress`` is called with what is being done and the share that is done, 0 to 1.
+    ``speed``: how many times faster than the rig. A datagram has the log's time and a number that counts from 0.
+    ``progress`` is called with a text and the share that is done, 0 to 1.
     """
     require_range("--speed", speed, "times real time", *SPEEDS)
     host, port = read_address(to, "--to", 1)

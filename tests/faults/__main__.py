@@ -4,7 +4,7 @@ import signal
 import tempfile
 from pathlib import Path
 
-from tests.faults.case import tried
+from tests.faults.case import try_fault
 from tests.faults.page import PAGE, SECTIONS, cell
 
 BEGIN = "<!-- the tests write what follows: python -m tests.faults -->"
@@ -15,7 +15,7 @@ for section, faults in SECTIONS.items():
     lines += [f"### {section}", "", "| fault | exit code | what is said |", "|---|---|---|"]
     for fault in faults:
         with tempfile.TemporaryDirectory() as folder:
-            code, sentence, printed, left = tried(fault, Path(folder))
+            code, sentence, printed, left = try_fault(fault, Path(folder))
         if code != fault.code or not sentence or left or "Traceback" in printed:
             print(f"{section}: {fault.what}: code {code}, left {left}\n{printed[-1500:]}\n")
         lines.append(f"| {cell(fault.what)} | {code} | {cell(sentence.removeprefix('heli: '))} |")

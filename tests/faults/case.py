@@ -1,4 +1,4 @@
-"""One fault: what is made wrong, the command that meets it, and the answer that is wanted."""
+"""One fault: how it is made, the command that meets it, and the expected answer."""
 
 import contextlib
 import io
@@ -11,18 +11,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-from tests.commands import HELI, bash, heli
+from tests.commands import HELI, heli, run_bash
 
 ROOT = Path(__file__).resolve().parents[2]
 LONGEST = 900.0
-"""Time after which a script is taken for hung [s]; a loaded machine is no defect."""
+"""Time after which a script counts as hung [s]; a busy machine must not fail a test."""
 
 
 class Fault(NamedTuple):
     """A fault as the page names it, a function that makes its files in a folder, and the command that meets it.
 
-    ``said``: a part of the sentence that is wanted; ``makes``: names of what the command may leave in the folder;
-    ``shell``: the command is a script of bash, which has a process of its own: pipes, signals, limits.
+    ``said``: a part of the expected sentence; ``makes``: names of files that the command may leave in the folder;
+    ``shell``: the command is a script of bash in a process of its own, with pipes, signals or limits.
     """
 
     what: str
@@ -35,7 +35,7 @@ class Fault(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What came of it: exit code, the sentence, everything printed, and what is left behind."""
+    """Answer of a command: exit code, the sentence, everything printed, and files that were left behind."""
 
     code: int
     sentence: str
@@ -43,7 +43,7 @@ class Answer(NamedTuple):
     left: tuple[str, ...]
 
 
-def tried(fault: Fault, folder: Path) -> Answer:
+def try_fault(fault: Fault, folder: Path) -> Answer:
     """Try a fault in ``folder``, which is empty."""
     work, temporary = folder / "work", folder / "temporary"
     work.mkdir(parents=True)
@@ -73,11 +73,11 @@ def _by_bash(script: str, work: Path, temporary: Path) -> tuple[int, str]:
     heli.write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -c {shlex.quote(HELI)} "$@"\n')
     heli.chmod(0o755)
     path = f"{heli.parent}{os.pathsep}{os.environ['PATH']}"
-    return bash(script, work, {"PATH": path, "PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)}, LONGEST)
+    return run_bash(script, work, {"PATH": path, "PYTHONPATH": str(ROOT), "TMPDIR": str(temporary)}, LONGEST)
 
 
 def _sentence(printed: str, said: str) -> str:
-    """Give the line that says it; a refusal is one line."""
+    """Return the line that contains ``said``, if possible a refusal."""
     lines = [" ".join(line.split()) for line in io.StringIO(printed)]
-    found = [line for line in lines if said in line]
-    return next((line for line in found if line.startswith("heli:")), found[0] if found else "")
+    lines = [line for line in lines if said in line]
+    return next((line for line in lines if line.startswith("heli:")), lines[0] if lines else "")

@@ -32,7 +32,7 @@ def changed(change, headers=HEADERS):
 
 
 def headed(**names):
-    """Give a function that writes a log with other headers, by the old name."""
+    """Return a function that writes a log with other headers, by the old name."""
     return write(text(columns(), [names.get(header.split(" ")[0], header) for header in HEADERS]))
 
 
@@ -40,8 +40,8 @@ def matlab(**variables):
     return lambda folder: savemat(folder / "log.mat", variables)
 
 
-def lines(*found):
-    return write("\n".join([*found, ""]))
+def lines(*rows):
+    return write("\n".join([*rows, ""]))
 
 
 def at(column, rows, value):

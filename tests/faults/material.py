@@ -1,4 +1,4 @@
-"""Good files, of which the faults are made by one change each."""
+"""Good files, from which the faults are made by one change each."""
 
 import io
 import json
@@ -22,7 +22,7 @@ DESIGN = "heli design --show reverse_thrust_loss"
 
 
 def columns():
-    """Give 20 s of a good log, shape (6, 2000)."""
+    """Return 20 s of a good log, shape (6, 2000)."""
     return np.loadtxt(io.StringIO("\n".join(ROWS)), delimiter=",").T
 
 
@@ -39,7 +39,7 @@ def nothing(folder):
 
 
 def pipe(path: Path):
-    """Make a named pipe, where there are any."""
+    """Make a named pipe; skip the test where there are none."""
     if not hasattr(os, "mkfifo"):
         pytest.skip("this system has no named pipes")
     os.mkfifo(path)
@@ -59,11 +59,11 @@ def as_struct():
 
 
 def document(change=lambda d: None):
-    """Give a parameters.json of a plant, changed."""
+    """Return the content of a plant's parameters.json after a change."""
     expected = {axis: Expectation(ErrorFigure(1e-2, 9e-3, 2e-2), 1e-3) for axis in AXES}
-    found = to_plain(ParameterSet(PLANT, plant_values(TABLE_2, {}), expected).to_dict())
-    change(found)
-    return found
+    content = to_plain(ParameterSet(PLANT, plant_values(TABLE_2, {}), expected).to_dict())
+    change(content)
+    return content
 
 
 def parameters(change=lambda d: None, more=good):

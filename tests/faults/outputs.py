@@ -18,7 +18,7 @@ def beside(make):
 
 
 def inside(name):
-    """Give a function that writes a log, and parameters, one of them under a name in the folder ``out``."""
+    """Return a function that writes a log, and parameters, one of them under a name in the folder ``out``."""
     moved = "parameters.json" if name.endswith("json") else "log.csv"
     return beside(lambda out: (out.parent / moved).rename(out / name))
 

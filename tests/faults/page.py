@@ -1,4 +1,4 @@
-"""docs/reliability.md: every fault that is tried, and what the software says to it."""
+"""docs/reliability.md: every fault that is tried, and the answer of the software."""
 
 from tests.faults import flights, inputs, logs, outputs, units, usage
 from tests.faults.case import ROOT, Fault
@@ -16,5 +16,5 @@ FAULTS = [(section, fault) for section, faults in SECTIONS.items() for fault in 
 
 
 def cell(text: str) -> str:
-    """Give a text as a cell of a table."""
+    """Return a text as a cell of a table."""
     return text.replace("|", "\\|").replace("<", "&lt;")

@@ -5,13 +5,13 @@ import zipfile
 from fmu_src import build
 from tests.faults.case import Fault
 from tests.faults.material import nothing, write
-from tests.units import entries
+from tests.units import read_archive
 
 RUN = "heli simulate open_loop -d 1 --fmu plant=it.fmu"
 
 
 def archive(**contents):
-    """Give a function that writes a zip, each time the same."""
+    """Return a function that writes a zip, each time the same."""
 
     def make(folder):
         with zipfile.ZipFile(folder / "it.fmu", "w") as file:
@@ -24,34 +24,34 @@ def archive(**contents):
 def rewritten(change):
     def make(folder):
         path = build("HelicopterPlant", folder)
-        found = entries(path)
+        entries = read_archive(path)
         path.unlink()
-        change(found)
-        archive(**found)(folder)
+        change(entries)
+        archive(**entries)(folder)
 
     return make
 
 
 def described(old, new):
     name = "modelDescription.xml"
-    return rewritten(lambda found: found.update({name: found[name].replace(old.encode(), new.encode())}))
+    return rewritten(lambda entries: entries.update({name: entries[name].replace(old.encode(), new.encode())}))
 
 
 def scripted(code):
-    def change(found):
-        script = found["resources/slavemodule.txt"].decode()
-        found[f"resources/{script}.py"] = code.encode() + b"\n" + found[f"resources/{script}.py"]
+    def change(entries):
+        script = entries["resources/slavemodule.txt"].decode()
+        entries[f"resources/{script}.py"] = code.encode() + b"\n" + entries[f"resources/{script}.py"]
 
     return rewritten(change)
 
 
-def without_binary(found):
-    for name in [name for name in found if name.startswith("binaries/")]:
-        del found[name]
+def without_binary(entries):
+    for name in [name for name in entries if name.startswith("binaries/")]:
+        del entries[name]
 
 
 def claiming(size):
-    """Give a function that writes a zip whose directory claims that its entry has this size [bytes]."""
+    """Return a function that writes a zip whose directory claims that its entry has this size [bytes]."""
 
     def make(folder):
         with zipfile.ZipFile(folder / "it.fmu", "w") as file:

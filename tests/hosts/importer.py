@@ -91,13 +91,13 @@ def fmpy_simulate_fmu(order, steps, step, names):
         signals["time"] = np.arange(steps + 1) * step
         for source, fed in wires:
             signals[fed] = record[source]
-        own = [name for name in names if parted(name)[0] == unit]
+        names_of_unit = [name for name in names if parted(name)[0] == unit]
         result = fmpy.simulate_fmu(
             fmu, stop_time=steps * step, output_interval=step, input=signals if wires else None,
             start_values={parted(k)[1]: value for k, value in order["parameters"].items() if parted(k)[0] == unit},
-            output=[parted(name)[1] for name in own],
+            output=[parted(name)[1] for name in names_of_unit],
         )  # fmt: skip
-        shown |= {name: result[parted(name)[1]][1 : steps + 1] for name in own}
+        shown |= {name: result[parted(name)[1]][1 : steps + 1] for name in names_of_unit}
     return np.column_stack([shown[name] for name in names])
 
 

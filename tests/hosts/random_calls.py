@@ -35,7 +35,7 @@ class Run:
         self.variables = unit.description.modelVariables
         self.reals = [v.valueReference for v in self.variables if v.type == "Real"]
         self.inputs = [v for v in self.variables if v.causality == "input"]
-        self.refused, self.wrong, self.kept, self.standing = 0, [], None, set()
+        self.refused, self.wrong, self.saved, self.standing = 0, [], None, set()
         self.begin()
 
     def begin(self):
@@ -75,8 +75,8 @@ class Run:
         if any("Traceback" in text for _, _, text in self.unit.log):
             self.wrong.append([name, repr(arguments)[:80], self.unit.log[-1][2][-300:]])
         self.refused += not good
-        said = [text[:500] for _, _, text in self.unit.log]  # a native unit cuts longer ones
-        self.digest.update(repr((name, good, said)).encode())
+        messages = [text[:500] for _, _, text in self.unit.log]  # a native unit cuts longer ones
+        self.digest.update(repr((name, good, messages)).encode())
         if good:
             self.accepted.append((name, arguments))
         if good and name == "doStep":
@@ -139,33 +139,33 @@ class Run:
         self.apply(f"get{self.draw.choice(['Real', 'Integer', 'Boolean', 'String'])}", ([reference],))
 
     def drop(self):
-        if self.kept is not None:
-            self.apply("freeFMUstate", (self.kept[0],))
-        self.kept = None
+        if self.saved is not None:
+            self.apply("freeFMUstate", (self.saved[0],))
+        self.saved = None
 
     def keep(self):
         self.drop()
         self.unit.log.clear()
         state = self.unit.slave.getFMUstate()
         if not self.complains():
-            self.kept = state, list(self.accepted), self.time, set(self.standing)
+            self.saved = state, list(self.accepted), self.time, set(self.standing)
 
     def restore(self):
         self.unit.log.clear()
-        if self.kept is not None and self.apply("setFMUstate", (self.kept[0],)) == 0 and not self.complains():
-            self.accepted, self.time, self.standing = list(self.kept[1]), self.kept[2], set(self.kept[3])
+        if self.saved is not None and self.apply("setFMUstate", (self.saved[0],)) == 0 and not self.complains():
+            self.accepted, self.time, self.standing = list(self.saved[1]), self.saved[2], set(self.saved[3])
 
     def through_bytes(self):
-        if self.kept is not None:
-            data = self.unit.slave.serializeFMUstate(self.kept[0])
-            self.apply("freeFMUstate", (self.kept[0],))
-            self.kept = (self.unit.slave.deSerializeFMUstate(bytes(data)), *self.kept[1:])
+        if self.saved is not None:
+            data = self.unit.slave.serializeFMUstate(self.saved[0])
+            self.apply("freeFMUstate", (self.saved[0],))
+            self.saved = (self.unit.slave.deSerializeFMUstate(bytes(data)), *self.saved[1:])
 
     def odd_bytes(self):
         """Restore a state that was cut; it has to be refused."""
-        if self.kept is not None:
+        if self.saved is not None:
             self.unit.log.clear()
-            data = bytes(self.unit.slave.serializeFMUstate(self.kept[0]))
+            data = bytes(self.unit.slave.serializeFMUstate(self.saved[0]))
             cut = self.unit.slave.deSerializeFMUstate(data[: self.draw.choice([1, len(data) // 2, len(data) - 1])])
             self.apply("setFMUstate", (cut,))
             self.apply("freeFMUstate", (cut,))

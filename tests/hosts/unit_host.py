@@ -26,8 +26,8 @@ class Unit:
     def instantiate(self):
         """Make an instance; messages of all units of a process come to the one that was made last."""
 
-        def logger(*said):  # status, category and message come last in both versions of FMI
-            self.log.append((said[-3], said[-2], said[-1].decode()))
+        def logger(*arguments):  # status, category and message come last in both versions of FMI
+            self.log.append((arguments[-3], arguments[-2], arguments[-1].decode()))
 
         self.slave = instantiate_fmu(self.folder, self.description, self.kind, debug_logging=True, logger=logger)
         return self

@@ -1,5 +1,5 @@
 "use strict";
-// The page of `heli follow --serve`: it asks for what there is to see, draws it, and asks for nothing else.
+// The page of `heli follow --serve`: it requests views and draws them; it requests nothing else.
 const SPAN = 60, GAP = 0.5; // seconds that are drawn; without data for longer a line is broken
 const AXES = ["pitch", "elevation", "travel"];
 const SVG = "http://www.w3.org/2000/svg";
@@ -9,28 +9,28 @@ let marks = []; // events
 let declared = [null, null, null];
 const byId = (id) => document.getElementById(id);
 
-function made(name, attributes, text) {
+function svgElement(name, attributes, text) {
   const node = document.createElementNS(SVG, name);
   for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
   if (text !== undefined) node.textContent = text;
   return node;
 }
 
-function ticks(low, high, count) {
+function axisTicks(low, high, count) {
   const raw = (high - low) / count, power = 10 ** Math.floor(Math.log10(raw));
   const step = power * [1, 2, 5, 10].find((m) => m * power >= raw);
   const digits = Math.max(0, -Math.floor(Math.log10(step)));
-  const found = [];
-  for (let k = Math.ceil(low / step); k * step <= high; k++) found.push([k * step, (k * step).toFixed(digits).replace("-", "−")]);
-  return found;
+  const result = [];
+  for (let k = Math.ceil(low / step); k * step <= high; k++) result.push([k * step, (k * step).toFixed(digits).replace("-", "−")]);
+  return result;
 }
 
-function chart(parent, title, series) {
-  const svg = made("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": title });
+function addChart(parent, title, series) {
+  const svg = svgElement("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", "aria-label": title });
   const frame = { x: LEFT, y: 4, width: WIDTH - LEFT - 4, height: HEIGHT - BOTTOM - 4 };
-  const scale = made("g", {}), lines = series.map(([kind]) => made("path", { class: kind }));
-  svg.append(made("rect", { ...frame, class: "frame" }), scale, ...lines,
-    made("text", { x: LEFT + 6, y: 16, class: "tick" }, title));
+  const scale = svgElement("g", {}), lines = series.map(([kind]) => svgElement("path", { class: kind }));
+  svg.append(svgElement("rect", { ...frame, class: "frame" }), scale, ...lines,
+    svgElement("text", { x: LEFT + 6, y: 16, class: "tick" }, title));
   parent.append(svg);
   return () => {
     if (!points.length) return;
@@ -45,55 +45,57 @@ function chart(parent, title, series) {
     const x = (t) => frame.x + (frame.width * (t - begin)) / (end - begin);
     const y = (v) => frame.y + (frame.height * (high - v)) / (high - low);
     columns.forEach((column, k) => {
-      let path = "", down = false;
+      let path = "", isDrawing = false;
       column.forEach((value, i) => {
-        if (value === null || !Number.isFinite(value)) { down = false; return; }
-        if (i && points[i].time - points[i - 1].time > GAP) down = false;
-        path += `${down ? "L" : "M"}${x(points[i].time).toFixed(1)} ${y(value).toFixed(1)}`;
-        down = true;
+        if (value === null || !Number.isFinite(value)) { isDrawing = false; return; }
+        if (i && points[i].time - points[i - 1].time > GAP) isDrawing = false;
+        path += `${isDrawing ? "L" : "M"}${x(points[i].time).toFixed(1)} ${y(value).toFixed(1)}`;
+        isDrawing = true;
       });
       lines[k].setAttribute("d", path);
     });
-    const across = (t, kind) => made("line", { x1: x(t), x2: x(t), y1: frame.y, y2: frame.y + frame.height, class: kind });
+    const verticalLine = (t, kind) =>
+      svgElement("line", { x1: x(t), x2: x(t), y1: frame.y, y2: frame.y + frame.height, class: kind });
     scale.replaceChildren(
-      ...ticks(low, high, 4).flatMap(([v, text]) => [
-        made("line", { x1: LEFT, x2: frame.x + frame.width, y1: y(v), y2: y(v), class: "grid" }),
-        made("text", { x: LEFT - 5, y: y(v) + 4, "text-anchor": "end", class: "tick" }, text)]),
-      ...ticks(begin, end, 6).flatMap(([t, text]) => [
-        across(t, "grid"), made("text", { x: x(t), y: HEIGHT - 4, "text-anchor": "middle", class: "tick" }, `${text} s`)]),
+      ...axisTicks(low, high, 4).flatMap(([v, text]) => [
+        svgElement("line", { x1: LEFT, x2: frame.x + frame.width, y1: y(v), y2: y(v), class: "grid" }),
+        svgElement("text", { x: LEFT - 5, y: y(v) + 4, "text-anchor": "end", class: "tick" }, text)]),
+      ...axisTicks(begin, end, 6).flatMap(([t, text]) => [
+        verticalLine(t, "grid"),
+        svgElement("text", { x: x(t), y: HEIGHT - 4, "text-anchor": "middle", class: "tick" }, `${text} s`)]),
       ...marks.filter((mark) => mark.time_s > begin && mark.time_s < end).map((mark) => {
-        const line = across(mark.time_s, `mark ${mark.what.split(" ")[0]}`);
-        line.append(made("title", {}, `${mark.what} ${mark.name}`));
+        const line = verticalLine(mark.time_s, `mark ${mark.what.split(" ")[0]}`);
+        line.append(svgElement("title", {}, `${mark.what} ${mark.name}`));
         return line;
       }));
   };
 }
 
 const milli = (value) => (value === null ? null : 1000 * value);
-const draw = AXES.flatMap((axis, k) => [
-  chart(byId("angles"), `${axis} [rad]`, [
+const redraws = AXES.flatMap((axis, k) => [
+  addChart(byId("angles"), `${axis} [rad]`, [
     ["measured", (p) => (p.measured === null ? null : p.measured[k])],
     ["following", (p) => p.predicted[k]],
     ["alone", (p) => p.predicted_alone[k]],
   ]),
-  chart(byId("errors"), `${axis} [mrad]`, [
+  addChart(byId("errors"), `${axis} [mrad]`, [
     ["following", (p) => milli(p.error[k])],
     ["alone", (p) => milli(p.error_alone[k])],
     ["declared", () => milli(declared[k])],
   ]),
 ]);
 
-function shown(value) {
+function formatNumber(value) {
   return value === null || value === undefined ? "" : value === 0 ? "0" : Number(value.toPrecision(4)).toString().replace("-", "−");
 }
 
-function within(value, half) { // as many digits as half of the interval leaves
-  if (!half) return shown(value);
+function formatInterval(value, half) { // with the digits that half of the interval determines
+  if (!half) return formatNumber(value);
   const digits = Math.min(Math.max(1 - Math.floor(Math.log10(half)), 0), 12);
   return `${value.toFixed(digits)} ± ${half.toFixed(digits)}`.replace("-", "−");
 }
 
-function cell(text, kind, label) {
+function tableCell(text, kind, label) {
   const node = document.createElement("td");
   node.textContent = text;
   if (kind) node.className = kind;
@@ -101,27 +103,28 @@ function cell(text, kind, label) {
   return node;
 }
 
-function table(values) {
+function showValues(values) {
   byId("values").replaceChildren(...values.map((value) => {
     const row = document.createElement("tr");
-    row.append(cell(value.name), cell(shown(value.start), "", "at the start"),
-      cell(within(value.used, value.band), value.used !== value.start ? "changed" : "", "in use"), cell(value.unit));
+    row.append(tableCell(value.name), tableCell(formatNumber(value.start), "", "at the start"),
+      tableCell(formatInterval(value.used, value.band), value.used !== value.start ? "changed" : "", "in use"),
+      tableCell(value.unit));
     return row;
   }));
 }
 
-function events(list) {
+function showEvents(list) {
   byId("events").replaceChildren(...list.slice().reverse().map((event) => {
     const item = document.createElement("li");
     item.className = event.what.split(" ")[0];
-    const value = event.name ? ` ${event.name} = ${within(event.value, 1.96 * event.standard_error)}` : "";
+    const value = event.name ? ` ${event.name} = ${formatInterval(event.value, 1.96 * event.standard_error)}` : "";
     const other = event.or ? ` (or ${event.or})` : "";
     item.textContent = `${event.time_s.toFixed(1)} s  ${event.what}${value}${other}: ${event.why}`;
     return item;
   }));
 }
 
-function drawn(view) {
+function showView(view) {
   if (points.length && points[points.length - 1].time > view.time) points.length = 0; // another flight
   points.push(...view.past);
   while (points.length && points[0].time < view.time - SPAN) points.shift();
@@ -134,18 +137,18 @@ function drawn(view) {
     `${view.time.toFixed(1)} s, ${view.mode}; detector at ${(100 * view.alarm).toFixed(0)} % of its threshold${suspect}`;
   declared = view.declared;
   marks = view.events;
-  table(view.values);
-  events(view.events);
-  for (const one of draw) one();
+  showValues(view.values);
+  showEvents(view.events);
+  for (const redraw of redraws) redraw();
 }
 
-async function ask() {
+async function requestView() {
   try {
     const after = points.length ? points[points.length - 1].time : -1;
-    drawn(await (await fetch(`view?after=${after}`)).json());
+    showView(await (await fetch(`view?after=${after}`)).json());
   } catch {
     byId("stream").textContent = "heli follow does not answer: the flight has ended. What is shown stays until this page is closed.";
   }
-  setTimeout(ask, 200);
+  setTimeout(requestView, 200);
 }
-ask();
+requestView();
