@@ -18,6 +18,7 @@ from heli_identifier.following.cusum import Inflation, Projection, cusum_statist
 from heli_identifier.following.evidence import Coefficients, shift_block, start_sums
 from heli_identifier.following.observer import Encoder
 from heli_identifier.following.prediction import compare_errors
+from heli_identifier.following.trial import take_back
 from heli_plant.observer import CORRECTED, observer_gains
 from heli_plant.parameters import TABLE_2
 from tests.simulated import COUNT, H, changing_rig
@@ -223,6 +224,8 @@ def test_values_that_predict_worse_than_those_before_are_taken_back():
     after, new_events = continue_flight(state._replace(twin=before, rival=(state.twin,)), k + 1)
     assert [(one.what, one.why) for one in new_events] == [REASONS["worse"]]
     assert (after.mode, after.twin) == ("following", state.twin)
+    back = take_back(state, PLAN.alone.values, "worse", PLAN)
+    assert any(state.errors) and not any(back.errors), "values that were given have no standard error"
 
 
 @pytest.mark.parametrize("late, share, mode", [(10, 0.1, "following"), (10, 0.8, "on trial"), (90, 0.4, "on trial")])

@@ -280,6 +280,7 @@ def test_the_page_loads_nothing_from_elsewhere_and_runs_no_inline_script_and_a_f
             assert "http" not in content.replace("http://www.w3.org/2000/svg", "")
             assert not re.search(r"<script>|<style>| style=| on\w+=", content)
         assert request(url, "/../etc/passwd")[0].status == 404
+        assert request(url, "/view?after=x")[0].status == 400
         for name in ("evil.example", "evil.example:8042", "", "127.0.0.2:80", "[::1", "127.0.0.1.evil"):
             assert request(url, "/", name)[0].status == 421
         for name in ("127.0.0.1", "127.0.0.1:8042", "localhost"):  # without a port it is 80

@@ -182,8 +182,10 @@ def watch_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
 
 
 def take_back(state: CorrectorState, values: Vector, why: str, plan: FollowPlan) -> CorrectorState:
-    """Return the state that uses these earlier ``values`` again."""
-    state = state.use(values, state.errors, plan)._replace(blocks=())
+    """Return the state that uses these earlier ``values`` again; those of the start have no standard error."""
+    places = zip(values, plan.alone.values, state.errors, strict=True)
+    errors = tuple([0.0 if value == start else error for value, start, error in places])
+    state = state.use(values, errors, plan)._replace(blocks=())
     return add_event(state, why, plan, Finding(state.finding.change)).follow_again()
 
 

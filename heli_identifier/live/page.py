@@ -59,18 +59,23 @@ class _Handler(BaseHTTPRequestHandler):
         if not self._names_this_host():
             self._send(421, "text/plain; charset=utf-8", b"this is not the host that was asked for\n")
         elif request.path == "/view":
-            self._send(200, "application/json", self._view(parse_qs(request.query).get("after", ["-1"])[0]))
+            try:
+                after = float(parse_qs(request.query).get("after", ["-1"])[0])
+            except ValueError:
+                self._send(400, "text/plain; charset=utf-8", b"after is no time in seconds\n")
+            else:
+                self._send(200, "application/json", self._view(after))
         elif request.path in _FILES:
             name, kind = _FILES[request.path]
             self._send(200, kind, (files("heli_identifier.live") / "page" / name).read_bytes())
         else:
             self._send(404, "text/plain; charset=utf-8", b"there is no such page\n")
 
-    def _view(self, after: str) -> bytes:
+    def _view(self, after: float) -> bytes:
         """Return the view as JSON; its ``past`` begins after the time ``after`` [s], up to which the page has it."""
         view = self.server.view
         document = to_plain({**view._asdict(), "stream": view.stream.line, "events": view.events[-_EVENTS_SHOWN:]})
-        document["past"] = [due for due in document["past"] if due["time"] > float(after)]
+        document["past"] = [due for due in document["past"] if due["time"] > after]
         return json.dumps({"title": self.server.title, **document}).encode()
 
     def _names_this_host(self) -> bool:
