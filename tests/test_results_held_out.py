@@ -38,7 +38,7 @@ def torque(count, seed):
 def model(parameters=TABLE_2, noise=NOISE):
     """A plant with the true noise: f far above c makes the torque Ornstein and Uhlenbeck's."""
     z = coordinates_of(LEVEL / noise, np.full(3, RATE), RIG.air(np.zeros((5, 3)))[0])
-    z[[2, 4]] = np.log(10.0) / NOISE_WIDTH[[2, 4], None]
+    z[2] = np.log(10.0) / NOISE_WIDTH[2]
     return Model(RIG, parameters, z, noise, np.repeat((0.02, *PER_LOG[1:]), 3))
 
 
