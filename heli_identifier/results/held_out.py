@@ -35,7 +35,7 @@ from scipy.special import chdtrc
 from heli_identifier.records import Event, Log
 from heli_identifier.results.bootstrap import bootstrap, change_figures, rms_figures
 from heli_identifier.results.diagnosis import AxisError, AxisReport, ErrorFigure, HeldOutLikelihood, HeldOutSeries, Use
-from heli_identifier.results.prediction import FLOWN, HORIZONS, SPACING, Model, Run, simulate_record
+from heli_identifier.results.prediction import HORIZONS, SPACING, STRETCH, Model, Run, simulate_record
 from heli_identifier.tracing.fit import Fit, fit, fit_own
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.likelihood import Likelihood, without
@@ -90,7 +90,7 @@ def compare(
     angle_changes = [run.measured(0.2) - run.record.angles[run.at] for run in second.runs]
     angle_stays_200ms = rms_figures(angle_changes, SPACING, _NAMES["ahead_200ms"])
     stretches, length = _fly_again(models, logs, angle_stays_200ms) if closed_loop else ({}, 0.0)
-    if length == FLOWN:
+    if length == STRETCH:
         for name, of_model in stretches.items():
             models[name].errors["closed_loop_3s"] = _thin_errors(of_model, records)
     errors = {name: runs.figures() for name, runs in models.items()}
@@ -126,7 +126,7 @@ def compare(
 
 
 _NAMES = {name: f"error over {H:g} s" for name, H in HORIZONS.items()} | {
-    "closed_loop_3s": f"closed-loop error over {FLOWN:g} s"
+    "closed_loop_3s": f"closed-loop error over {STRETCH:g} s"
 }
 """What a message calls each error."""
 
@@ -219,10 +219,10 @@ def _fly_again(
     ahead = rms_figures(models["after"].errors["ahead_200ms"], SPACING, _NAMES["ahead_200ms"])
     if all(figure.value < bare.value for figure, bare in zip(ahead, stays, strict=True)):
         laws = {i: law for i, law in enumerate(controllers_of(logs)) if len(law) == len(CHANNELS)}
-        flown = {name: {i: m.runs[i].fly_again(FLOWN, law) for i, law in laws.items()} for name, m in models.items()}
+        flown = {name: {i: m.runs[i].fly_again(STRETCH, law) for i, law in laws.items()} for name, m in models.items()}
         errors = [e for of_model in flown.values() for _, e in of_model.values() if len(e)]
         if errors and all(np.isfinite(e).all() for e in errors):
-            return flown, FLOWN
+            return flown, STRETCH
     return {name: {i: run.fly_again(1.0) for i, run in enumerate(m.runs)} for name, m in models.items()}, 1.0
 
 
