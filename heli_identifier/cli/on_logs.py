@@ -61,15 +61,15 @@ def diagnose_paths(
     keep_events: bool = False,
     native: bool = False,
 ) -> "tuple[hi.Diagnosis, tuple[hi.Log, ...], tuple[hi.Log, ...]]":
-    """Diagnose a rig and write the results; give the diagnosis, the training logs and those that were held out.
+    """Diagnose a rig and write the results; give the diagnosis, the training logs and the held-out logs.
 
-    ``way``: how to hold out others, where none are named.
+    ``way`` says how to hold out other logs; it is printed if no log was named for that.
     """
     with results.whole_folder(output) as draft:
         logs = hi.read_data_set(paths, validate, configuration.format, start, end)
-        training, held_out, held_back = tools.split_logs(*logs)
-        if held_back:
-            note(held_back + way)
+        training, held_out, split_note = tools.split_logs(*logs)
+        if split_note:
+            note(split_note + way)
         print_notes((*training, *held_out))
         settings = replace(hi.DiagnosisSettings.from_rig(configuration), keep_events=keep_events)
         with progress_bar() as bar:
@@ -113,14 +113,14 @@ def identify(
     Writes parameters.json (all logs together, weighted by their certainty), history.csv and history.svg.
     """
     with results.whole_folder(output) as draft:
-        recorded, known = args.logs_of(logs, config, start, end)
+        recorded, rig = args.logs_of(logs, config, start, end)
         with progress_bar() as progress:
-            found = hi.identify(
-                recorded, configuration=known, filter_frequency=filter_frequency, method=method, progress=progress
+            identified = hi.identify(
+                recorded, configuration=rig, filter_frequency=filter_frequency, method=method, progress=progress
             )
             progress("drawing", 1.0)
-            found.write(draft)
-    terminal.show(found, json, written=(output, found.files))
+            identified.write(draft)
+    terminal.show(identified, json, written=(output, identified.files))
 
 
 def check(
