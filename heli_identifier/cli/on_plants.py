@@ -33,17 +33,11 @@ def effects(
         shapes = ", ".join(results.label_with_unit(shape.name, shape.unit) for shape in effect.shapes)
         law, unit = results.law_text(effect.law), results.unit_text(effect.unit)
         rows.append((effect.name, effect.axis, law, unit, span, shapes, effect.source))
+        shape_entries = [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in effect.shapes]
+        parameter, plausible = f"effects.{effect.name}.{effect.axis}", [effect.lower, effect.upper]
+        entry = {"name": effect.name, "axis": effect.axis, "parameter": parameter, "law": effect.law}
         document.append(
-            {
-                "name": effect.name,
-                "axis": effect.axis,
-                "parameter": f"effects.{effect.name}.{effect.axis}",
-                "law": effect.law,
-                "unit": effect.unit,
-                "range": [effect.lower, effect.upper],
-                "source": effect.source,
-                "shapes": [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in effect.shapes],
-            }
+            entry | {"unit": effect.unit, "range": plausible, "source": effect.source, "shapes": shape_entries}
         )
     columns = ("effect", "axis", "law", "unit of c", "range of c", "shapes", "source")[: None if verbose else 5]
     print_answer(json, document, [results.Table("Effects", columns, [row[: len(columns)] for row in rows])])

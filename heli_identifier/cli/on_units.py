@@ -214,19 +214,19 @@ def _variations(
     plants = [name for name, unit in fmu_src.scenario(scenario).units if unit == results.PLANT]
     refuse(not plants, f"--runs varies the {results.PLANT}, which scenario {scenario} does not have.")
     parameters = hi.read_parameters(file)
-    drawn = [
+    variations = [
         {f"{plant}.{name}": value for plant in plants for name, value in draw.items() if f"{plant}.{name}" not in given}
         for draw in results.draw_values(parameters, count, seed)
     ]
     refuse(
-        not drawn[0],
+        not variations[0],
         f"{file} states no standard error of a parameter that --set leaves free, so there is nothing to vary; the "
         "parameters.json of `heli diagnose` has them.",
     )
     how = "with their covariance" if parameters.covariance else "independently by their standard errors"
-    note(f"{len(drawn[0])} parameters are drawn {how} (seed {seed}).")
+    note(f"{len(variations[0])} parameters are drawn {how} (seed {seed}).")
     if parameters.drawn_from_prior:
         note(parameters.drawn_from_prior)
     variables = fmu_src.unit_class(results.PLANT).variables
     outputs = [variable.name for variable in variables if variable.causality == "output"]
-    return {"variations": drawn, "record": [f"{plant}.{name}" for plant in plants for name in outputs]}
+    return {"variations": variations, "record": [f"{plant}.{name}" for plant in plants for name in outputs]}

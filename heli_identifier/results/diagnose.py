@@ -205,10 +205,7 @@ def _delivered_plant(after: Fit, effects: Sequence[FoundEffect]) -> Parameters:
 
 
 def _plant_notes(identified: Identification, expected: Mapping[str, Estimate]) -> Iterator[str]:
-    """Name parameters that the logs do not determine or references contradict, and effects at a bound or unexpected.
-
-    ``expected`` are effects of the rig's configuration.
-    """
+    """Name undetermined or contradicted parameters, and effects that are at a bound or not as ``expected``."""
     plant, missing = identified.plant, list[str]()
     for name, report in identified.parameters.items():
         if report.contradicted:

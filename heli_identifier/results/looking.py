@@ -109,15 +109,12 @@ def look_lines(
     reports: Mapping[str, tracing.ParameterReport],
     experiment: str,
 ) -> tuple[str, str, str]:
-    """Say in three lines who flew and what moved the rig, how far each axis moved, and what each gain rests on.
-
-    ``references`` names what moved the rig from outside; ``experiment`` is what to fly next.
-    """
+    """Say in three lines who flew and what moved the rig, how far each axis moved, and what each gain rests on."""
     flown = "A controller flew" if closed_loop else "Open loop"
     moved = join_words([f"the {axis} by {to_digits(counts, 2)}" for axis, counts in movement.items()])
     gains = []
     for base in tracing.Determination:
-        if names := [name for name, report in reports.items() if report.determination is base]:
+        if names := [name for name in GAINS if name in reports and reports[name].determination is base]:
             gains.append(f"{join_words(names)} ({base})")
     return (
         f"{flown}; moved from outside: {references or 'nothing that these logs show'}.",
@@ -130,10 +127,10 @@ def look_lines(
 def diagnosis_lines(diagnosis: Diagnosis, training: Sequence[Log]) -> tuple[str, str, str]:
     """Give :func:`look_lines` of a diagnosis and its training logs; the experiment is the one of its report."""
     counts = np.array(diagnosis.settings["counts"], dtype=float)
-    gains = {name: diagnosis.parameters[name] for name in GAINS if name in diagnosis.parameters}
     origins = join_words([_ORIGINS[part] for part in diagnosis.references.split(" and ") if part in _ORIGINS])
     experiment = next((text for _, text in experiments_of(diagnosis)), "")
-    return look_lines(diagnosis.closed_loop, origins, _rms_movement(training, 2.0 * np.pi / counts), gains, experiment)
+    movement = _rms_movement(training, 2.0 * np.pi / counts)
+    return look_lines(diagnosis.closed_loop, origins, movement, diagnosis.parameters, experiment)
 
 
 def _rms_movement(logs: Sequence[Log], resolution: Sequence[float] | np.ndarray) -> dict[str, float]:
@@ -162,6 +159,6 @@ def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfigurati
         Nothing is excited, or an axis stands still in a log.
     """
     used = read_logs(logs)
-    known = configuration or common_configuration(used) or RigConfiguration()
-    identified = tracing.identify_plant(used, tracing.DiagnosisSettings.from_rig(known))
+    rig = configuration or common_configuration(used) or RigConfiguration()
+    identified = tracing.identify_plant(used, tracing.DiagnosisSettings.from_rig(rig))
     return Look(identified, _rms_movement(used, identified.plant.likelihood.rig.resolution))

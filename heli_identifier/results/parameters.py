@@ -157,8 +157,8 @@ class ParameterSet(Tabular):
         """
         require_positive("factor", factor, "1")
         missing = ", ".join(axis for axis in AXES if axis not in self.expected)
-        wanted = "so nothing can be held to it; take the parameters.json of a diagnosis."
-        refuse(bool(missing), f"these parameters state no expected error of {missing}, {wanted}")
+        remedy = "so nothing can be held to it; take the parameters.json of a diagnosis."
+        refuse(bool(missing), f"these parameters state no expected error of {missing}, {remedy}")
         limits = {}
         for axis, expected in self.expected.items():
             far, near = max(expected.prediction_1s_rad.value, expected.noise_floor_rad), expected.ahead_200ms_rad or 0.0
@@ -221,16 +221,16 @@ def _covariance(diagnosis: Diagnosis, values: Mapping[str, Estimate]) -> Covaria
     names = [BY_FIELD[name].name for name in fields]
     if (lag := BY_FIELD["motor_lag_rotors"].name) in names and lag not in values:
         names[names.index(lag)] = BY_FIELD["T_m"].name
-    kept = [i for i, name in enumerate(names) if name in values]
+    rows = [i for i, name in enumerate(names) if name in values]
     gains = {i: reports[name].estimate.value for i, name in enumerate(fields) if name in GAINS}
-    scale = np.array([gains.get(i, 1.0) for i in kept])
-    unknown = {name for name, report in reports.items() if report.determination is Determination.NOT_DETERMINED}
+    scale = np.array([gains.get(i, 1.0) for i in rows])
+    not_determined = {name for name, report in reports.items() if report.determination is Determination.NOT_DETERMINED}
     return Covariance(
-        tuple(names[i] for i in kept),
-        tuple(names[i] for i in kept if i in gains),
+        tuple(names[i] for i in rows),
+        tuple(names[i] for i in rows if i in gains),
         float(diagnosis.settings["operating_point"]),
-        diagnosis.covariance[np.ix_(kept, kept)] / np.outer(scale, scale),
-        tuple(names[i] for i in kept if fields[i] in unknown),
+        diagnosis.covariance[np.ix_(rows, rows)] / np.outer(scale, scale),
+        tuple(names[i] for i in rows if fields[i] in not_determined),
     )
 
 

@@ -87,8 +87,8 @@ def _check_unit(file: Path, given: ParameterSet) -> None:
         raise ConfigurationError(f"{file} is of the unit {given.unit}, which has no parameter {foreign[0]!r}{whose}.")
     for name, value in given.values.items():
         unit = variables[name].unit or "1"
-        stated = f"{name} is stated in {value.unit!r}, the {given.unit} takes it in {unit!r}"
-        refuse((value.unit or "1") != unit, f"{file}: {stated}; convert value and standard error.")
+        mismatch = f"{name} is stated in {value.unit!r}, the {given.unit} takes it in {unit!r}"
+        refuse((value.unit or "1") != unit, f"{file}: {mismatch}; convert value and standard error.")
         if problem := problem_with(variables[name], value.value):
             raise ConfigurationError(f"{file}: {problem}.")
     given.check_complete(f"{file}: ")

@@ -146,8 +146,8 @@ def _scale(ends: tuple[float, float], start: float, end: float, logarithmic: boo
     low, high = np.log10(ends) if logarithmic else ends
 
     def place(values: Any) -> Any:
-        known = np.log10(np.maximum(values, 1e-300)) if logarithmic else values
-        return start + (known - low) / (high - low) * (end - start)
+        scaled = np.log10(np.maximum(values, 1e-300)) if logarithmic else values
+        return start + (scaled - low) / (high - low) * (end - start)
 
     return place
 
@@ -212,17 +212,17 @@ def _mark(kind: str, x: Array, y: Array, role: str, size: float, inner: float) -
         if kind == "diamond":
             return "".join(f'<path d="M{a - 5:.1f},{b:.1f}l5,-5 5,5 -5,5Z" {fill}/>' for a, b in dots)
         return "".join(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{size:g}" {fill}/>' for a, b in dots)
-    runs = np.split(np.arange(len(x)), np.flatnonzero(~np.isfinite(x + y)))  # a line is broken where data are missing
-    known = ([k for k in run if np.isfinite(x[k] + y[k])] for run in runs)
-    path = "".join("M" + "L".join(f"{x[k]:.1f},{y[k]:.1f}" for k in run) for run in known if run)
+    parts = np.split(np.arange(len(x)), np.flatnonzero(~np.isfinite(x + y)))  # a line is broken where data are missing
+    finite = ([k for k in part if np.isfinite(x[k] + y[k])] for part in parts)
+    path = "".join("M" + "L".join(f"{x[k]:.1f},{y[k]:.1f}" for k in part) for part in finite if part)
     if kind == "band":
         return f'<path d="{path}Z" fill="{colour}" fill-opacity="{".6" if role == "band" else ".2"}"/>'
     return f'<path d="{path}" fill="none" stroke="{colour}" stroke-width="{size:g}"/>'
 
 
 def _range(values: Array, logarithmic: bool) -> tuple[float, float]:
-    known = values[np.isfinite(values) & ((values > 0.0) | (not logarithmic))]
-    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    finite = values[np.isfinite(values) & ((values > 0.0) | (not logarithmic))]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     if logarithmic:
         return low, max(high, 1.01 * low)
     room = 0.04 * (high - low) or 0.5 * abs(high) or 1.0
@@ -241,5 +241,5 @@ def thin_line(x: Array, y: Array) -> tuple[Array, Array]:
     count = len(x) // width
     blocks = y[: count * width].reshape(count, width)
     first = np.arange(count) * width
-    kept = np.sort(np.concatenate((first + blocks.argmin(axis=1), first + blocks.argmax(axis=1), [0, len(x) - 1])))
-    return x[kept], y[kept]
+    vertices = np.sort(np.concatenate((first + blocks.argmin(axis=1), first + blocks.argmax(axis=1), [0, len(x) - 1])))
+    return x[vertices], y[vertices]

@@ -92,8 +92,8 @@ def angle_value(figure: ErrorFigure | None) -> str:
 
 def angle_ends(figure: ErrorFigure | None) -> str:
     """Give the interval of an angular error in mrad; a dash if it has none, as an error of a single segment."""
-    known = figure is not None and figure.low < figure.high
-    return " to ".join(to_digits(1e3 * x) for x in (figure.low, figure.high)) if figure and known else "–"
+    has_interval = figure is not None and figure.low < figure.high
+    return " to ".join(to_digits(1e3 * x) for x in (figure.low, figure.high)) if figure and has_interval else "–"
 
 
 def angle_text(figure: ErrorFigure | None) -> str:
@@ -123,8 +123,8 @@ def leading_error(diagnosis: DiagnosisFile) -> str:
     """Give the field of the error by which the plant is judged: that of the closed loop if its controller is known."""
     if not diagnosis.closed_loop:
         return "prediction_1s"
-    known = all(report.after.closed_loop_3s for report in diagnosis.axes.values())
-    return "closed_loop_3s" if known else "ahead_200ms"
+    controller_known = all(report.after.closed_loop_3s for report in diagnosis.axes.values())
+    return "closed_loop_3s" if controller_known else "ahead_200ms"
 
 
 def horizon(diagnosis: DiagnosisFile) -> str:
@@ -141,9 +141,9 @@ def effect_name(name: str, axis: str) -> str:
 
 def meaning(field: str) -> str:
     """Give a parameter of the plant as words, by its field: ``pitch damping`` for ``a_wx``."""
-    known = next((effect for effect in CATALOGUE if effect.field == field), None)
-    if known is not None:
-        return effect_name(known.name, known.axis)
+    effect = next((entry for entry in CATALOGUE if entry.field == field), None)
+    if effect is not None:
+        return effect_name(effect.name, effect.axis)
     return BY_FIELD[field].name.replace(".", " ").replace("_", " ")
 
 
