@@ -141,7 +141,7 @@ def find_configuration(path: Path | None) -> "hi.RigConfiguration":
     return hi.RigConfiguration() if file is None else hi.read_configuration(file)
 
 
-def logs_of(
+def read_logs_of_rig(
     paths: Sequence[Path], config: Path | None, start: float | None = None, end: float | None = None
 ) -> "tuple[tuple[hi.Log, ...], hi.RigConfiguration]":
     """Read logs of one rig and its configuration, and print the notes on the logs."""
@@ -170,7 +170,7 @@ def parse_assignments(
     return values
 
 
-def read_with_doubts(file: Path) -> "hi.ParameterSet":
+def read_parameters_and_warn(file: Path) -> "hi.ParameterSet":
     """Read a parameters.json, and warn of axes that its diagnosis does not call fit for control."""
     parameters = hi.read_parameters(file)
     for text in parameters.doubts:
@@ -186,31 +186,31 @@ def warn_of_missing_compilers(all_platforms: bool = False) -> None:
         warn(problem)
 
 
-def sets_by_unit(file: Path | None, units: Collection[str], refusal: str) -> dict[str, "hi.ParameterSet"]:
+def read_parameters_by_unit(file: Path | None, units: Collection[str], refusal: str) -> dict[str, "hi.ParameterSet"]:
     """Read a parameters.json; give it by the units that take it, and refuse it if none of ``units`` does."""
     if file is None:
         return {}
-    parameters = read_with_doubts(file)
+    parameters = read_parameters_and_warn(file)
     takers = PLANTS if parameters.unit == PLANTS[0] else (parameters.unit,)
     refuse(not set(takers) & set(units), f"{file} holds parameters of the {parameters.unit}, {refusal}.")
     return dict.fromkeys(takers, parameters)
 
 
-def set_of(unit: str, file: Path | None) -> "hi.ParameterSet | None":
+def read_unit_parameters(unit: str, file: Path | None) -> "hi.ParameterSet | None":
     """Read a file with parameters of a ``unit``; None without a file."""
-    return sets_by_unit(file, [unit], f"those of the {unit} are needed").get(unit)
+    return read_parameters_by_unit(file, [unit], f"those of the {unit} are needed").get(unit)
 
 
-def controller_of(default: PidSettings, file: Path | None, words: Sequence[str] = ()) -> PidSettings:
+def read_controller(default: PidSettings, file: Path | None, words: Sequence[str] = ()) -> PidSettings:
     """Give a PID with the parameters of a file and of ``name=value`` words; a word replaces the value of the file."""
     unit = tools.CONTROLLER
-    from_file = set_of(unit, file)
+    from_file = read_unit_parameters(unit, file)
     values: dict[str, Any] = from_file.start_values if from_file else {}
     values |= fmu_src.check_start_values(fmu_src.unit_class(unit), parse_assignments(words))
     return tools.controller_settings(default, values)
 
 
-def values_by_unit(
+def scenario_values(
     scenario: str, file: Path | None, words: Sequence[str], foreign: Collection[str] = ()
 ) -> dict[str, fmu_src.Value]:
     """Give all parameters of a scenario by unit and name; ``--set unit.parameter=value`` replaces the file's value.
@@ -218,7 +218,7 @@ def values_by_unit(
     Units named in ``foreign`` are FMU files; their parameters are not checked here.
     """
     units = dict(fmu_src.scenario(scenario).units)
-    given = sets_by_unit(file, units.values(), f"which scenario {scenario} does not have")
+    given = read_parameters_by_unit(file, units.values(), f"which scenario {scenario} does not have")
     values: dict[str, fmu_src.Value] = {}
     for name, unit in units.items():
         values |= {f"{name}.{key}": value for key, value in given[unit].start_values.items()} if unit in given else {}

@@ -19,7 +19,7 @@ import numpy as np
 import heli_identifier as hi
 from heli_identifier import online, records, results, tools, tracing
 from heli_identifier.cli import terminal
-from heli_identifier.cli.arguments import controller_of
+from heli_identifier.cli.arguments import read_controller
 from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, note_written, warn
 from heli_identifier.errors import ConfigurationError, IdentifierError
@@ -72,11 +72,11 @@ def catch_interrupt() -> Iterator[Callable[[], bool]]:
 
 
 class Adviser:
-    """Judges in a thread the controller of a heli.toml, or of a file that replaces it, and writes the result."""
+    """Judges the controller of a heli.toml, or of a file that replaces it, in a thread; writes the result."""
 
     def __init__(self, folder: Path, controller: Path | None, aim: records.ControllerConfiguration) -> None:
         self.folder = folder
-        self.aim = replace(aim, pid=controller_of(aim.pid or PidSettings(), controller)) if controller else aim
+        self.aim = replace(aim, pid=read_controller(aim.pid or PidSettings(), controller)) if controller else aim
         self.thread = ThreadPoolExecutor(1)
         self.job: Future[tuple[dict[str, Any], hi.ParameterSet | None]] | None = None
         self.sentence = ""

@@ -38,7 +38,7 @@ def report_errors() -> Iterator[None]:
     except typer.Exit:
         raise
     except Exception as error:
-        sentence = sentence_of(error)
+        sentence = error_sentence(error)
         if sentence is None:
             traceback.print_exc()
             typer.secho("heli: a programming error in heli; please report it with the lines above.", err=True, fg="red")
@@ -63,9 +63,9 @@ def check_command(command: Callable[..., Any]) -> Callable[..., Any]:
     return run
 
 
-def sentence_of(error: Any) -> str | None:
+def error_sentence(error: Any) -> str | None:
     """Give the sentence for an error; None for an error of the program itself."""
-    if hasattr(error, "format_message"):  # only a usage error has it; its class is in another module by version
+    if hasattr(error, "format_message"):  # only a usage error has it; the module of its class depends on the version
         sentence = error.format_message().rstrip(".")
         return sentence if sentence.endswith("?") else f"{sentence}; see {error.ctx.command_path} --help"
     if isinstance(error, MemoryError):

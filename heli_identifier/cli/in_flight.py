@@ -64,11 +64,11 @@ def follow(
         inside = file is not None and os.path.realpath(file.parent) == os.path.realpath(output)
         refuse(inside, f"{file} lies in the folder of the flight, whose files would replace it; name another folder.")
     check_unused(output)
-    twin = args.read_with_doubts(parameters)
+    twin = args.read_parameters_and_warn(parameters)
     with ExitStack() as stack:
         source: Player | Listening
         if log is not None:
-            ((recorded,), configuration) = args.logs_of([log], config, start, end)
+            ((recorded,), configuration) = args.read_logs_of_rig([log], config, start, end)
             source = Player(recorded, 1.0 if speed is None else speed)
         else:
             configuration = args.find_configuration(config)
@@ -112,7 +112,7 @@ def stream(
     from heli_identifier.live.sources import send
 
     datagram_layout = read_layout(layout or USUAL_LAYOUT)
-    ((recorded,), _) = args.logs_of([log], config)
+    ((recorded,), _) = args.read_logs_of_rig([log], config)
     with progress_bar() as progress:
         late = send(recorded, to, speed, datagram_layout, progress)
     typer.echo(f"{recorded.samples} samples, {recorded.duration:.4g} s of flight, sent to {to}")

@@ -74,7 +74,7 @@ def design(
         args.refuse_idle(context, "is that of an open loop; here the plant's voltages saturate", "voltage_limit")
         refuse(output is not None, "--output writes voltages of an open loop; with --closed-loop there are none.")
         plant = _read_plant(parameters)
-        pid = args.controller_of(PidSettings(voltage_limit=plant.v_max), controller, settings)
+        pid = args.read_controller(PidSettings(voltage_limit=plant.v_max), controller, settings)
         limits = tools.Limits(plant.v_max, pitch_limit, elevation_limit)
         with progress_bar() as progress:
             outlooks = tools.flight_outlooks(plant, pid, hover, duration, limits, progress)
@@ -98,7 +98,7 @@ def design(
 
 def _read_plant(file: Path | None) -> PlantParameters:
     """Give the plant of a parameters.json; without a file the published model, with a note."""
-    if parameters := args.set_of(results.PLANT, file):
+    if parameters := args.read_unit_parameters(results.PLANT, file):
         return parameters.plant()
     note("no --parameters given: the published model, Table 2, stands in for the rig")
     return PlantParameters()
@@ -125,7 +125,7 @@ def linearise(
     aim = args.find_configuration(config).controller
     aim = aim if period is None else replace(aim, period=period)
     with results.whole_folder(output) as draft:
-        given = args.read_with_doubts(parameters)
+        given = args.read_parameters_and_warn(parameters)
         with progress_bar() as progress:
             result = tools.design_pid(given, pitch, elevation, aim, progress=progress)
         document, matlab = result.linear_document(), BytesIO()
@@ -164,7 +164,7 @@ def design_controller(
     configuration = args.find_configuration(config)
     aim = configuration.controller if period is None else replace(configuration.controller, period=period)
     with results.whole_folder(output) as draft:
-        given = args.read_with_doubts(parameters)
+        given = args.read_parameters_and_warn(parameters)
         with progress_bar() as progress:
             result = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)
         document = result.document()

@@ -44,7 +44,7 @@ def build(
     for name, given in native_options.items():
         refuse(given and not native, f"{name} belongs to native units; add --native.")
     names = units or list(NATIVE_UNITS if native else fmu_src.UNITS)
-    sets = args.sets_by_unit(parameters, names, f"which is not among {', '.join(names)}")
+    sets = args.read_parameters_by_unit(parameters, names, f"which is not among {', '.join(names)}")
     several = bool(settings) and len(names) != 1
     refuse(several, "--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
     assigned = args.parse_assignments(settings)
@@ -82,7 +82,7 @@ def ssp(
     """Write a scenario with its units and parameters as one SSP file."""
     from fmu_src.ssp import write_ssp
 
-    values = args.values_by_unit(scenario, parameters, settings)
+    values = args.scenario_values(scenario, parameters, settings)
     path = write_ssp(scenario, output or Path(f"{scenario}.ssp"), values, duration=duration, native=native)
     if native:
         args.warn_of_missing_compilers()
@@ -117,7 +117,8 @@ def simulate(
     if runs is None:
         args.refuse_idle(context, "is that of the draws of --runs", "seed")
     files = args.parse_assignments(fmu, "--fmu", "UNIT=FILE, as plant=result/HelicopterPlant.fmu")
-    values = args.values_by_unit(scenario, controller, ()) | args.values_by_unit(scenario, parameters, settings, files)
+    values = args.scenario_values(scenario, controller, ())
+    values |= args.scenario_values(scenario, parameters, settings, files)
     with _play_log(scenario, log, start, end, config) as (recorded, played):
         if step is None:
             step = recorded.step if recorded else 0.01
@@ -197,7 +198,7 @@ def _play_log(
         return
     if path is None:
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
-    ((log,), _) = args.logs_of([path], config, start, end)
+    ((log,), _) = args.read_logs_of_rig([path], config, start, end)
     with results.play_log(log, results.start_of(log)._asdict()) as values:
         values |= {"identifier.sample.time": log.step, "corrector.sample.time": log.step}
         yield log, {name: value for name, value in values.items() if name.partition(".")[0] in units}

@@ -27,12 +27,12 @@ _SIMILAR = {"−": "-", "–": "-", "→": "->", "²": "^2", "±": "+-", "Γ": "
 """Replacements of characters that an encoding lacks: a minus must not become a question mark."""
 
 
-def _alike(error: UnicodeError) -> tuple[str, int]:
+def _replace_characters(error: UnicodeError) -> tuple[str, int]:
     assert isinstance(error, UnicodeEncodeError)
     return "".join(_SIMILAR.get(letter, "?") for letter in error.object[error.start : error.end]), error.end
 
 
-codecs.register_error("alike", _alike)
+codecs.register_error("alike", _replace_characters)
 
 
 class _Outlet(io.FileIO):

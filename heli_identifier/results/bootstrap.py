@@ -68,6 +68,6 @@ def change_figures(first: Sequence[Array], second: Sequence[Array], spacing: flo
 
 
 def _rms_ratio(squares: Array) -> Array:
-    """Give the root of the second half of the columns over the first half, less 1."""
+    """Give the root of the ratio of the second half of the columns to the first half, less 1."""
     a = squares.shape[-1] // 2
     return np.sqrt(squares[..., a:] / np.maximum(squares[..., :a], 1e-300)) - 1.0

@@ -99,15 +99,14 @@ def diagnose(
     labels, matrix = correlation(identified.selection, [effect.field for effect in rig.effects])
     slopes = np.array([after.slope(name) for name in after.fields])
     C_slopes = slopes[:, None] * C * slopes
-    before_values, after_values = base_estimates(before, covariance(before)), base_estimates(after, C)
     return Diagnosis(
         verdict=_rig_verdict(effects),
         faults=faults,
         effects=effects,
         possible=possible,
         catalogue=identified.catalogue,
-        parameters_before=before_values,
-        parameters_after=after_values,
+        parameters_before=base_estimates(before, covariance(before)),
+        parameters_after=base_estimates(after, C),
         effects_after=estimates(
             after, C, [name for name in after.fields if name in effect_fields or name not in null.fields]
         ),

@@ -105,7 +105,7 @@ def compare(
         error, gain, weights = errors["after"][i], rig.gains[i], [record.weights[:, i] for record in records]
         bare = angle_stays_200ms[i].value if closed_loop else min(angle_stays[i].value, rate_stays[i].value)
         lifts, reached = gain in rig.lifting, getattr(error, judged).value
-        use, why = use_of(gain, reports.get(gain), reached, bare, HORIZONS[judged], lifts)
+        use, why = judge_use(gain, reports.get(gain), reached, bare, HORIZONS[judged], lifts)
         p = {name: _ljung_box_p([z[:, i] for z in of_model], weights, records[0].step)
              for name, of_model in residuals.items()}  # fmt: skip
         axes[axis] = AxisReport(
@@ -117,7 +117,7 @@ def compare(
             log, first.free_runs[i], second.free_runs[i], dict(zip(rig.state, map(float, starts[i]), strict=True)),
             residuals["before"][i], residuals["after"][i], records[i].step,
             tuple(event for event in events if event.log == log.name),
-            {name: _draw_stretches(records[i], *of_model[i]) for name, of_model in stretches.items() if i in of_model},
+            {name: _join_stretches(records[i], *of_model[i]) for name, of_model in stretches.items() if i in of_model},
             length,
         )
         for i, log in enumerate(logs)
@@ -232,7 +232,7 @@ def _thin_errors(flown: _Stretches, records: Sequence[Record]) -> list[Array]:
     return [e[:, every[i] - 1 :: every[i]].reshape(-1, e.shape[2]) for i, (_, e) in flown.items()]
 
 
-def _draw_stretches(record: Record, firsts: Sequence[int], errors: Array) -> Array:
+def _join_stretches(record: Record, firsts: Sequence[int], errors: Array) -> Array:
     """Give the angles (N, a) [rad] that stretches predict; not a number between them."""
     predicted = np.full_like(record.angles, np.nan)
     for first, e in zip(firsts, errors, strict=True):
@@ -272,7 +272,7 @@ def _likelihood(before: _HeldOutRuns, after: _HeldOutRuns) -> HeldOutLikelihood:
     return HeldOutLikelihood(seconds, totals[0] / seconds, totals[1] / seconds, gain)
 
 
-def use_of(
+def judge_use(
     gain: str, report: ParameterReport | None, error: float, bare: float, ahead: float, lifts: bool
 ) -> tuple[Use, str]:
     """Decide what an axis of the plant may be used for, and say why in a clause.
@@ -295,5 +295,5 @@ def use_of(
 
 
 def log_likelihood(plant: Parameters, logs: Sequence[Log]) -> float:
-    """Give ln p of ``logs`` [nats] under a plant; the air and the own parameters of each log are fitted to them."""
+    """Give ln p of ``logs`` [nats] under a plant; the air and each log's own parameters are fitted to the logs."""
     return -fit(Likelihood.of(logs, replace(helicopter(logs), parameters=plant)), ()).value

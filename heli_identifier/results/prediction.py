@@ -198,7 +198,7 @@ class Run:
         K[:, :4] = 0.0  # the air decays, and no innovation corrects the state
         states = [state for _, _, state in self.starts]
         placed = [rig.placed(state, motion) for state, motion in zip(states, self.motion, strict=True)]
-        # the filter's state at t_i is already predicted one step ahead
+        # the filter's state before a sample is predicted from the sample before it: one step less is left
         near = self._ahead(self.aligned, states, K, self.offset, FROM_FILTER, -1)
         return near | self._ahead(self.record, placed, rig.still, np.zeros_like(self.offset), FROM_MOTION, 0)
 

@@ -109,7 +109,7 @@ def _axis_card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str,
     """Give the card of an axis: its use, the change of its error, its gain."""
     name, field = tables.GAIN_OF[axis], words.leading_error(diagnosis)
     change = report.change.get(field)
-    kind = {-1: "better", 0: "same", 1: "worse"}[words.change_of(report, field)]
+    kind = {-1: "better", 0: "same", 1: "worse"}[words.change_direction(report, field)]
     change_word = "no clear change" if kind == "same" else kind
     interval = "{} ({} to {})".format(*map(words.percent, (change.value, change.low, change.high))) if change else ""
     gain_report, symbol = diagnosis.parameters.get(name), BY_FIELD[name].symbol

@@ -183,7 +183,7 @@ def verdict_line(diagnosis: DiagnosisFile) -> str:
     return both if len(both) <= TWO_LINES else one
 
 
-def change_of(report: AxisReport, field: str) -> int:
+def change_direction(report: AxisReport, field: str) -> int:
     """Give -1 or 1 if an error clearly falls or rises: its change and both ends have one sign in print; else 0."""
     if field not in report.change:
         return 0
@@ -196,7 +196,7 @@ def _best_change(diagnosis: DiagnosisFile) -> str:
     """Name the usable axis whose error clearly changes most, and by how much; or say that none does."""
     field = leading_error(diagnosis)
     usable = {axis: report for axis, report in diagnosis.axes.items() if report.use is not Use.NOTHING}
-    changes = {axis: report.change[field].value for axis, report in usable.items() if change_of(report, field)}
+    changes = {axis: report.change[field].value for axis, report in usable.items() if change_direction(report, field)}
     if not usable:
         return "On held-out logs no axis of the plant is usable."
     if not changes:
