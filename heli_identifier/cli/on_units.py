@@ -199,7 +199,7 @@ def _play_log(
     if path is None:
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
     ((log,), _) = args.read_logs_of_rig([path], config, start, end)
-    with results.play_log(log, results.start_of(log)._asdict()) as values:
+    with results.play_log(log) as values:
         values |= {"identifier.sample.time": log.step, "corrector.sample.time": log.step}
         yield log, {name: value for name, value in values.items() if name.partition(".")[0] in units}
 

@@ -41,7 +41,6 @@ from .running import Simulation as Simulation
 from .running import build as build
 from .running import play_log as play_log
 from .running import simulate as simulate
-from .running import start_of as start_of
 from .sources import PlantSource as PlantSource
 from .sources import plant_of as plant_of
 from .sources import read_parameters as read_parameters

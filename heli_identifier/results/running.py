@@ -183,11 +183,11 @@ def build(
 
 
 @contextmanager
-def play_log(log: Log, start: Mapping[str, float]) -> Iterator[dict[str, Any]]:
-    """Give, while the block runs, parameters with which a LogPlayer plays a log and a plant starts in a state."""
+def play_log(log: Log) -> Iterator[dict[str, Any]]:
+    """Give, while the block runs, parameters with which a LogPlayer plays a log and a plant starts with it."""
     with draft_folder() as folder:
-        path = str(write_log(log, folder / "log.csv"))
-        yield {"player.log.path": path, **{name: start[field] for field, name in START_PARAMETERS.items()}}
+        path, start = str(write_log(log, folder / "log.csv")), start_of(log)
+        yield {"player.log.path": path, **{name: getattr(start, field) for field, name in START_PARAMETERS.items()}}
 
 
 def check_free_run(unit: Path, diagnosis: Diagnosis) -> None:

@@ -11,13 +11,12 @@ from math import ceil, floor, log10
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from heli_identifier.records import Log
 from heli_identifier.results.words import label_with_unit, power_text
+from heli_identifier.tracing.rig import Array
 from heli_plant.effects import AXES
-
-Array = NDArray[np.float64]
 
 COLOURS = {
     "ink": "#1b1f24",
