@@ -209,15 +209,15 @@ _Stretches = dict[int, tuple[list[int], Array]]
 
 
 def _fly_again(
-    models: Mapping[str, _HeldOutRuns], logs: Sequence[Log], stays: Sequence[ErrorFigure]
+    models: Mapping[str, _HeldOutRuns], logs: Sequence[Log], angle_stays: Sequence[ErrorFigure]
 ) -> tuple[dict[str, _Stretches], float]:
     """Let plant and recovered controller fly again; without a controller, 1 s under the measured voltages.
 
-    All axes fly together. An axis that predicts .2 s ahead no better than an angle that ``stays`` would spoil the
-    others: then no controller flies. The length of the stretches [s] is returned beside them.
+    All axes fly together. An axis with an error .2 s ahead as large as ``angle_stays``, that of a constant angle, would
+    spoil the others: then no controller flies. The length of the stretches [s] is returned as well.
     """
     ahead = rms_figures(models["after"].errors["ahead_200ms"], SPACING, _NAMES["ahead_200ms"])
-    if all(figure.value < bare.value for figure, bare in zip(ahead, stays, strict=True)):
+    if all(figure.value < bare.value for figure, bare in zip(ahead, angle_stays, strict=True)):
         laws = {i: law for i, law in enumerate(controllers_of(logs)) if len(law) == len(CHANNELS)}
         flown = {name: {i: m.runs[i].fly_again(STRETCH, law) for i, law in laws.items()} for name, m in models.items()}
         errors = [e for of_model in flown.values() for _, e in of_model.values() if len(e)]

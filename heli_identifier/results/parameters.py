@@ -161,9 +161,11 @@ class ParameterSet(Tabular):
         refuse(bool(missing), f"these parameters state no expected error of {missing}, {remedy}")
         limits = {}
         for axis, expected in self.expected.items():
-            far, near = max(expected.prediction_1s_rad.value, expected.noise_floor_rad), expected.ahead_200ms_rad or 0.0
+            error = max(expected.prediction_1s_rad.value, expected.noise_floor_rad)
+            if self.judged == "ahead_200ms":
+                error = expected.ahead_200ms_rad or 0.0
             if expected.use is not Use.NOTHING:
-                limits[axis] = factor * (far if self.judged == "prediction_1s" else near)
+                limits[axis] = factor * error
         refuse(not limits, "the diagnosis calls no axis of these parameters usable: nothing is held to it.")
         return limits
 
@@ -207,10 +209,10 @@ def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate])
 def corrected_parameters(diagnosis: Diagnosis) -> ParameterSet:
     """Give the parameters of the corrected plant of a diagnosis, with its errors on the held-out logs."""
     estimates = {**diagnosis.parameters_after, **diagnosis.effects_after}
-    near, expected = diagnosis.ahead_200ms, {}
+    expected = {}
     for axis, report in diagnosis.axes.items():
-        far, floor = report.after.prediction_1s, report.noise_floor.prediction_1s.value
-        expected[axis] = Expectation(far, floor, report.use, near.get(axis))
+        floor, ahead_200ms = report.noise_floor.prediction_1s.value, diagnosis.ahead_200ms.get(axis)
+        expected[axis] = Expectation(report.after.prediction_1s, floor, report.use, ahead_200ms)
     values = plant_values(diagnosis.plant_after, estimates)
     return ParameterSet(PLANT, values, expected, diagnosis.provenance, _covariance(diagnosis, values))
 
