@@ -74,9 +74,8 @@ def compare(
     """Compare on held-out ``logs`` two plants that were fitted to training logs.
 
     Samples within the events of a log count in the free run only; ``events`` are those to be shown in figures.
-    ``reports`` say what each parameter of the plant after rests on; a gain that is not among them was given. Under a
-    controller (``closed_loop``) the voltages answer the air within 1 s. The use of an axis is then judged by the error
-    .2 s ahead of the filter's state, not by that 1 s ahead under the measured voltages.
+    ``reports`` say what each parameter of the plant after rests on; a gain that is not among them was given. The use of
+    an axis is judged by the error 1 s ahead, and under a controller (``closed_loop``) by that .2 s ahead.
 
     Raises
     ------
