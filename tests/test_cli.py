@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from fmu_src import check_start_values, unit_class
 from heli_identifier.cli.app import app
-from heli_identifier.cli.arguments import Group, spread_options, values_by_unit
+from heli_identifier.cli.arguments import Group, scenario_values, spread_options
 from heli_identifier.cli.terminal import print_table
 from heli_identifier.results import Table
 from tests.commands import heli, run_program, run_python
@@ -159,4 +159,4 @@ def test_a_command_that_is_asked_to_end_does_and_leaves_nothing_whatever_a_libra
 def test_a_text_parameter_takes_a_text_that_looks_like_a_number_and_a_foreign_fmu_what_is_given():
     assert check_start_values(unit_class("LogPlayer"), {"log.path": "3"}) == {"log.path": "3"}
     # a unit from a file may have parameters that this project's unit of the same name does not
-    assert values_by_unit("open_loop", None, ["plant.mass=2_000"], foreign=("plant",)) == {"plant.mass": 2000.0}
+    assert scenario_values("open_loop", None, ["plant.mass=2_000"], foreign=("plant",)) == {"plant.mass": 2000.0}

@@ -11,7 +11,7 @@ from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Event, Log
 from heli_identifier.results import Use, hold_to, rms_figures
-from heli_identifier.results.held_out import _thin, compare, likelihood_of, use_of
+from heli_identifier.results.held_out import _thin_errors, compare, judge_use, likelihood_of
 from heli_identifier.results.prediction import HORIZONS, Model, Run, simulate_record
 from heli_identifier.tracing import Determination, ParameterReport, coordinates_of, fit, helicopter
 from heli_identifier.tracing.findings import _judge_parameter
@@ -240,7 +240,7 @@ def test_use_follows_from_the_gain_and_from_predictions_and_what_a_gain_rests_on
     def used(determination, error, gain=1.0):
         estimate = Estimate(gain, 0.1, "rad/s^2/V")
         report = determination and ParameterReport(estimate, determination, 0.3, None, False, (0.1, 5.0), "it is wide")
-        return use_of("k_x", report, error, 0.02, 1.0, True)[0]
+        return judge_use("k_x", report, error, 0.02, 1.0, True)[0]
 
     assert [used(own, 0.01) for own in (Determination.OUTSIDE, Determination.NOISE_MODEL, None)] == [Use.CONTROL] * 3
     assert used(Determination.NOT_DETERMINED, 0.01) is Use.PREDICTION
@@ -269,5 +269,5 @@ def test_plant_and_recovered_controller_fly_a_log_again():
 def test_errors_of_stretches_are_as_far_apart_in_a_log_of_another_rate():
     steps = (0.01, 0.02)
     flown = {i: ([0], np.zeros((1, round(3.0 / h), 3))) for i, h in enumerate(steps)}
-    thin = _thin(flown, [SimpleNamespace(step=h) for h in steps])
+    thin = _thin_errors(flown, [SimpleNamespace(step=h) for h in steps])
     assert [len(own) for own in thin] == [12, 12]  # of 3 s, one in .25 s; at 20 ms this is one in 12 samples of 150

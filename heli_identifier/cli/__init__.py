@@ -1,6 +1,6 @@
-"""The command line ``heli``: commands on logs, on units, and in flight, over what every command shares.
+"""The command line ``heli``: commands on logs, rigs, plants and units, and in flight.
 
-Whatever takes time to import is imported inside the functions that need it: ``heli --help`` answers at once.
+Modules that take long to import are imported inside the functions that need them, so that ``heli --help`` is fast.
 """
 
 import atexit
@@ -11,14 +11,14 @@ import sys
 
 def main() -> None:
     """Run the command line."""
-    # The matrices here are small: threads of the linear algebra get in each other's way (measured: five times slower).
-    # It reads this when it is first imported.
+    # The matrices are small: several threads of the linear algebra are slower than one (measured: five times). The
+    # libraries read these variables when they are first imported.
     for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"):
         os.environ.setdefault(name, "1")
-    # Processes that libraries start from here take no file of the working folder for a module.
+    # Processes that libraries start do not import files of the working folder as modules.
     os.environ.setdefault("PYTHONSAFEPATH", "1")
-    # What a command makes is mostly in use until it ends. Looking for cycles at every 700th object is a twentieth of a
-    # diagnosis, and at the end, in everything that was ever imported, half a second.
+    # Most objects of a command are used until it ends. A search for cycles after every 700 objects takes a twentieth of
+    # a diagnosis; the last one, over everything that was imported, half a second.
     gc.set_threshold(60_000, 10, 10)
     atexit.register(gc.freeze)
     if not sys.warnoptions:  # remarks of libraries to programmers; `python -W` shows them

@@ -34,9 +34,9 @@ _EXAMPLES = Path(__file__).with_name("examples.txt").read_text("utf-8").splitlin
 
 for _command in _COMMANDS:
     _name = _command.__name__.replace("_", "-")
-    _own = [_line for _line in _EXAMPLES if f"{_line} ".startswith(f"heli {_name} ")]
-    _paragraphs = [" ".join(_part.split()) for _part in (_command.__doc__ or "").split("\n\n")]
-    _epilog = "\n\n".join(["[bold]Examples[/]", *_own])
+    _examples = [_line for _line in _EXAMPLES if f"{_line} ".startswith(f"heli {_name} ")]
+    _paragraphs = [" ".join(_text.split()) for _text in (_command.__doc__ or "").split("\n\n")]
+    _epilog = "\n\n".join(["[bold]Examples[/]", *_examples])
     app.command(help="\n\n".join(_paragraphs), epilog=_epilog)(check_command(_command))
 
 

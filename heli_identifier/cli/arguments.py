@@ -1,4 +1,4 @@
-"""What a command is given: options that several share, logs and the rig's configuration, ``--set name=value``."""
+"""Arguments of the commands: options that several share, logs and the rig's configuration, ``--set name=value``."""
 
 import os
 import re
@@ -26,12 +26,12 @@ def argument(default: Any, text: str, metavar: str, **more: Any) -> Any:
 
 
 def option(default: Any, text: str, metavar: str, *names: str, **more: Any) -> Any:
-    """Give an option of a command with its default, its help and the word for its value."""
+    """Give an option of a command with its default, its help and the name of its value."""
     return typer.Option(default, *names, metavar=metavar, help=text, **more)
 
 
 def flag(text: str, *names: str) -> Any:
-    """Give an option without a value: whether it is there."""
+    """Give an option without a value."""
     return option(False, text, "", *names)
 
 
@@ -70,11 +70,11 @@ def scenario_name(default: Any) -> Any:
     return argument(default, names, "SCENARIO", autocompletion=lambda: list(fmu_src.SCENARIOS))
 
 
-SPREAD = "--validate"
-"""Option that takes several values in a row."""
+VALIDATE = "--validate"
+"""Option that takes several values."""
 
 
-# The help shows what parameters are called, not their types in Python.
+# The help shows the names of parameters, not their types in Python.
 TyperArgument.display_type_rich = lambda self, ctx: ""  # type: ignore[method-assign]
 TyperOption.display_type_rich = lambda self, ctx: self.metavar or ""  # type: ignore[method-assign]
 
@@ -83,50 +83,51 @@ class Group(TyperGroup):
     """The commands by their names."""
 
     def main(self, args: Sequence[str] | None = None, *more: Any, **options: Any) -> Any:
-        """Run the command that the words name, guarded, and end with its code; without any word the help is shown."""
+        """Run the command that ``args`` name, report its errors, and end with its code; without words show the help."""
         if not (sys.argv[1:] if args is None else args):
             return super().main(args, *more, **options)
         with report_errors():
             raise SystemExit(super().main(args, *more, **options | {"standalone_mode": False}))
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Look at all words before the parser sees them.
+        """Check all words before the parser reads them.
 
-        An empty one is refused: it would name this folder, where a variable of the shell was meant that is not set.
+        An empty word is refused: it would name this folder, but a variable of the shell was meant that is not set.
         """
         if not ctx.resilient_parsing:
             empty = any(word == "" or re.fullmatch(r"--[\w-]+=", word) for word in args)
             refuse(empty, "an argument is empty; name the file, or set the variable that should name it.")
-            none = any(a == SPREAD and b.startswith("-") for a, b in pairwise(args))
-            refuse(none, f"{SPREAD} names no log; put one or more after it, or leave it out.")
+            no_log = any(word == VALIDATE and following.startswith("-") for word, following in pairwise(args))
+            refuse(no_log, f"{VALIDATE} names no log; put one or more after it, or leave it out.")
         return super().parse_args(ctx, spread_options(args))
 
 
 def spread_options(words: Iterable[str]) -> list[str]:
-    """Give ``--validate a b``, or ``--validate=a b``, as the option once for each value, which the parser takes."""
-    out: list[str] = []
-    takes = False
+    """Write ``--validate a b``, or ``--validate=a b``, as the parser needs it: the option once for each value."""
+    spread: list[str] = []
+    validating = False
     for word in words:
         if word.startswith("-"):
-            takes = word.partition("=")[0] == SPREAD
-        elif takes and out[-1] != SPREAD:
-            out.append(SPREAD)
-        out.append(word)
-    return out
+            validating = word.partition("=")[0] == VALIDATE
+        elif validating and spread[-1] != VALIDATE:
+            spread.append(VALIDATE)
+        spread.append(word)
+    return spread
 
 
 def refuse_idle(context: typer.Context, why: str, *names: str) -> None:
-    """Refuse the parameters of these names if they were given: beside the others they say nothing."""
-    for own in context.command.params:
-        source = context.get_parameter_source(str(own.name))
-        refuse(own.name in names and source is not None and source.name == "COMMANDLINE", f"{own.opts[0]} {why}.")
+    """Refuse the parameters of these ``names`` if they were given: with the other ones they have no effect."""
+    for parameter in context.command.params:
+        source = context.get_parameter_source(str(parameter.name))
+        given = source is not None and source.name == "COMMANDLINE"
+        refuse(given and parameter.name in names, f"{parameter.opts[0]} {why}.")
 
 
 # --- logs and configuration ------------------------------------------------------------------------------------------
 
 
 def configuration_file(path: Path | None, rigs: str = ", for rigs without one of their own") -> Path | None:
-    """Give the configuration that was named, else heli.toml of this folder, whatever it is, and say so; else None."""
+    """Give the configuration file that was named, else heli.toml of this folder with a note, else None."""
     here = Path(CONFIGURATION_NAME)
     if path is not None or not os.path.lexists(here):
         return path
@@ -140,10 +141,10 @@ def find_configuration(path: Path | None) -> "hi.RigConfiguration":
     return hi.RigConfiguration() if file is None else hi.read_configuration(file)
 
 
-def logs_of(
+def read_logs_of_rig(
     paths: Sequence[Path], config: Path | None, start: float | None = None, end: float | None = None
 ) -> "tuple[tuple[hi.Log, ...], hi.RigConfiguration]":
-    """Read logs of one rig and its configuration, and print what there is to say about them."""
+    """Read logs of one rig and its configuration, and print the notes on the logs."""
     configuration = find_configuration(config)
     logs = hi.read_logs(paths, configuration.format, start, end)
     print_notes(logs)
@@ -153,23 +154,23 @@ def logs_of(
 # --- parameters ------------------------------------------------------------------------------------------------------
 
 PLANTS = ("HelicopterPlant", "FollowingPlant", "Corrector")
-"""Units that take the parameters of a plant; a corrector begins with the plant that it corrects."""
+"""Units that take the parameters of a plant; a corrector starts with the plant that it corrects."""
 
 
 def parse_assignments(
     words: Sequence[str], name_of: str = "--set", form: str = "NAME=VALUE, as plant.effects.dry_friction.pitch=0.02"
 ) -> dict[str, str]:
-    """Give ``name=value`` words as a mapping; one without ``=``, or two of one name, are refused."""
+    """Give ``name=value`` words as a mapping; refuse a word without ``=``, and a name that is given twice."""
     values: dict[str, str] = {}
     for word in words:
-        name, mark, text = (part.strip() for part in word.partition("="))
-        refuse(not mark or not name, f"{name_of} {word} must read {form}.")
+        name, equals, text = (part.strip() for part in word.partition("="))
+        refuse(not equals or not name, f"{name_of} {word} must read {form}.")
         refuse(name in values, f"{name_of} {name} is given twice; keep one.")
         values[name] = text
     return values
 
 
-def read_with_doubts(file: Path) -> "hi.ParameterSet":
+def read_parameters_and_warn(file: Path) -> "hi.ParameterSet":
     """Read a parameters.json, and warn of axes that its diagnosis does not call fit for control."""
     parameters = hi.read_parameters(file)
     for text in parameters.doubts:
@@ -178,54 +179,54 @@ def read_with_doubts(file: Path) -> "hi.ParameterSet":
 
 
 def warn_of_missing_compilers(all_platforms: bool = False) -> None:
-    """Say for which platforms native units hold sources only."""
+    """Warn of platforms for which native units contain sources only."""
     from fmu_src.native import missing_compilers
 
     if problem := missing_compilers(all_platforms):
         warn(problem)
 
 
-def sets_by_unit(file: Path | None, units: Collection[str], refusal: str) -> dict[str, "hi.ParameterSet"]:
-    """Give a parameters.json under the units that take it; refuse it if none of ``units`` does."""
+def read_parameters_by_unit(file: Path | None, units: Collection[str], refusal: str) -> dict[str, "hi.ParameterSet"]:
+    """Read a parameters.json; give it by the units that take it, and refuse it if none of ``units`` does."""
     if file is None:
         return {}
-    parameters = read_with_doubts(file)
+    parameters = read_parameters_and_warn(file)
     takers = PLANTS if parameters.unit == PLANTS[0] else (parameters.unit,)
     refuse(not set(takers) & set(units), f"{file} holds parameters of the {parameters.unit}, {refusal}.")
     return dict.fromkeys(takers, parameters)
 
 
-def set_of(unit: str, file: Path | None) -> "hi.ParameterSet | None":
-    """Give the parameters of a file that has to be one of a unit; none without a file."""
-    return sets_by_unit(file, [unit], f"those of the {unit} are needed").get(unit)
+def read_unit_parameters(unit: str, file: Path | None) -> "hi.ParameterSet | None":
+    """Read a file with parameters of a ``unit``; None without a file."""
+    return read_parameters_by_unit(file, [unit], f"those of the {unit} are needed").get(unit)
 
 
-def controller_of(default: PidSettings, file: Path | None, words: Sequence[str] = ()) -> PidSettings:
-    """Give a PID with the parameters of its file, if there is one, and of ``name=value`` words, which outrank it."""
+def read_controller(default: PidSettings, file: Path | None, words: Sequence[str] = ()) -> PidSettings:
+    """Give a PID with the parameters of a file and of ``name=value`` words; a word replaces the value of the file."""
     unit = tools.CONTROLLER
-    given = set_of(unit, file)
-    values: dict[str, Any] = given.start_values if given else {}
-    own = fmu_src.check_start_values(fmu_src.unit_class(unit), parse_assignments(words))
-    return tools.controller_settings(default, values | own)
+    from_file = read_unit_parameters(unit, file)
+    values: dict[str, Any] = from_file.start_values if from_file else {}
+    values |= fmu_src.check_start_values(fmu_src.unit_class(unit), parse_assignments(words))
+    return tools.controller_settings(default, values)
 
 
-def values_by_unit(
+def scenario_values(
     scenario: str, file: Path | None, words: Sequence[str], foreign: Collection[str] = ()
 ) -> dict[str, fmu_src.Value]:
-    """Give all parameters by unit name in a scenario; ``--set unit.parameter=value`` outranks the file.
+    """Give all parameters of a scenario by unit and name; ``--set unit.parameter=value`` replaces the file's value.
 
-    Units named in ``foreign`` come as FMU files, and their parameters are not checked here.
+    Units named in ``foreign`` are FMU files; their parameters are not checked here.
     """
     units = dict(fmu_src.scenario(scenario).units)
-    given = sets_by_unit(file, units.values(), f"which scenario {scenario} does not have")
+    given = read_parameters_by_unit(file, units.values(), f"which scenario {scenario} does not have")
     values: dict[str, fmu_src.Value] = {}
     for name, unit in units.items():
-        values |= {f"{name}.{key}": own for key, own in given[unit].start_values.items()} if unit in given else {}
-    for label, text in parse_assignments(words).items():
-        unit, _, name = label.partition(".")
-        refuse(not name, f"--set {label}={text} must name unit and parameter, as plant.pitch.damping=0.1.")
-        values[label] = fmu_src.number_or_text(text)
+        values |= {f"{name}.{key}": value for key, value in given[unit].start_values.items()} if unit in given else {}
+    for path, text in parse_assignments(words).items():
+        unit, _, name = path.partition(".")
+        refuse(not name, f"--set {path}={text} must name unit and parameter, as plant.pitch.damping=0.1.")
+        values[path] = fmu_src.number_or_text(text)
         if unit in units and unit not in foreign:
             kind = fmu_src.unit_class(units[unit])
-            values[label] = fmu_src.check_start_values(kind, {name: text}, f"{unit}.")[name]
+            values[path] = fmu_src.check_start_values(kind, {name: text}, f"{unit}.")[name]
     return values

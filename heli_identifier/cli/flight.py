@@ -1,7 +1,7 @@
-"""What `heli follow` does besides following: where the flight is shown, advice on the controller, and the end.
+"""The parts of `heli follow` around the twin: displays of the flight, advice on the controller, and the end.
 
-At the end the recording is diagnosed, and the plant to go on with is written. The controller is judged beside the loop
-after a change; gains are offered, never applied.
+At the end the recording is diagnosed, and the better plant is written. After a change the controller is judged in a
+thread of its own; gains are offered, never applied.
 """
 
 import signal
@@ -19,7 +19,7 @@ import numpy as np
 import heli_identifier as hi
 from heli_identifier import online, records, results, tools, tracing
 from heli_identifier.cli import terminal
-from heli_identifier.cli.arguments import controller_of
+from heli_identifier.cli.arguments import read_controller
 from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, note_written, warn
 from heli_identifier.errors import ConfigurationError, IdentifierError
@@ -30,69 +30,69 @@ from heli_plant.control import PidSettings
 from heli_plant.parameters import PlantParameters
 
 LONGEST = 600.0
-"""The end of a recording that is diagnosed [s]; more takes long and adds little."""
+"""Longest part of a recording, at its end, that is diagnosed [s]; more takes long and adds little."""
 
 DIAGNOSIS = "diagnosis"
 """Folder of the recording's diagnosis."""
 
 LEAST_AFTER_CHANGE = 30.0
-"""Time after the last change from which on only that is diagnosed [s]: the rig before was another one."""
+"""Flight after the last change [s] that is enough for a diagnosis; the rig before the change was another one."""
 
 
 def open_shows(stack: ExitStack, title: str, address: str | None) -> Show:
-    """Open the screen and, at an ``address``, the page; give what shows a view on them."""
-    places = [stack.enter_context(show_screen(title)) if sys.stderr.isatty() else print_events()]
+    """Open the screen and, at an ``address``, the page; give a function that shows a view on them."""
+    displays = [stack.enter_context(show_screen(title)) if sys.stderr.isatty() else print_events()]
     if address is not None:
         url, page = stack.enter_context(serve_page(address, title))
         note(f"open {url} in a browser")
-        places.append(page)
+        displays.append(page)
 
     def show(view: View) -> None:
-        for one in places:
-            one(view)
+        for display in displays:
+            display(view)
 
     return show
 
 
 @contextmanager
 def catch_interrupt() -> Iterator[Callable[[], bool]]:
-    """Give a function that says whether Ctrl-C has asked the block to end; a second one ends the command at once."""
-    asked, before = Event(), signal.getsignal(signal.SIGINT)
+    """Give a function that tells whether Ctrl-C was pressed; a second Ctrl-C ends the command at once."""
+    interrupted, old_handler = Event(), signal.getsignal(signal.SIGINT)
 
-    def ask(number: int, frame: Any) -> None:
-        asked.set()
-        signal.signal(signal.SIGINT, before)
+    def handle(number: int, frame: Any) -> None:
+        interrupted.set()
+        signal.signal(signal.SIGINT, old_handler)
 
-    if before != signal.SIG_IGN:
-        signal.signal(signal.SIGINT, ask)
+    if old_handler != signal.SIG_IGN:
+        signal.signal(signal.SIGINT, handle)
     try:
-        yield asked.is_set
+        yield interrupted.is_set
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, old_handler)
 
 
 class Adviser:
-    """Judges the controller of a heli.toml, or of a file that outranks it, in a thread of its own; writes it."""
+    """Judges the controller of a heli.toml, or of a file that replaces it, in a thread; writes the result."""
 
     def __init__(self, folder: Path, controller: Path | None, aim: records.ControllerConfiguration) -> None:
         self.folder = folder
-        self.aim = replace(aim, pid=controller_of(aim.pid or PidSettings(), controller)) if controller else aim
+        self.aim = replace(aim, pid=read_controller(aim.pid or PidSettings(), controller)) if controller else aim
         self.thread = ThreadPoolExecutor(1)
-        self.asked: Future[tuple[dict[str, Any], hi.ParameterSet | None]] | None = None
+        self.job: Future[tuple[dict[str, Any], hi.ParameterSet | None]] | None = None
         self.sentence = ""
 
     def ask(self, plant: PlantParameters, errors: Mapping[str, float], elevation: float) -> None:
-        """Have the controller judged around a plant; what was asked before, and has not begun, is left."""
-        if self.asked is not None:
-            self.asked.cancel()
-        self.asked = self.thread.submit(tools.control_advice, plant, dict(errors), elevation, self.aim)
+        """Start to judge the controller around a plant; an earlier job that has not begun is cancelled."""
+        if self.job is not None:
+            self.job.cancel()
+        self.job = self.thread.submit(tools.control_advice, plant, dict(errors), elevation, self.aim)
 
     def look(self, wait: bool = False) -> str:
-        """Return what is to be said about the controller now, after a wait for it if asked for; write what is new."""
-        if self.asked is not None and (wait or self.asked.done()):
-            asked, self.asked = self.asked, None
+        """Give the latest sentence about the controller, and write a new result; ``wait`` for a running job."""
+        if self.job is not None and (wait or self.job.done()):
+            job, self.job = self.job, None
             try:
-                document, gains = asked.result()
+                document, gains = job.result()
                 self.sentence = document["sentence"]
                 results.write_files(self.folder, {ADVICE: document, **({GAINS: gains} if gains else {})})
             except ConfigurationError as error:
@@ -101,26 +101,26 @@ class Adviser:
 
 
 def conclude_flight(session: Session, folder: Path, configuration: hi.RigConfiguration) -> None:
-    """Diagnose the recording; leave parameters and unit of the twin, or of the recording's plant if that is better."""
+    """Diagnose the recording; write parameters and unit of the twin, or of the diagnosed plant if that is better."""
     twin, path, better = session.in_use(), folder / RECORDED, None
     twin.write(folder / IN_USE)
     _deliver(twin, folder)
     times = np.loadtxt(path, delimiter=",", skiprows=1, usecols=0, ndmin=1) if session.recorded.rows else np.zeros(0)
-    begin, end, why = choose_part(times, session.events)
-    if end - begin < tools.SHORTEST_TO_SPLIT:
-        note(f"{end - begin:.3g} s without a gap are too short for a diagnosis")
+    start, end, why = choose_part(times, session.events)
+    if end - start < tools.SHORTEST_TO_SPLIT:
+        note(f"{end - start:.3g} s without a gap are too short for a diagnosis")
     else:
-        note(f"diagnosed: {begin:.4g} s to {end:.4g} s of {path}{why}")
+        note(f"diagnosed: {start:.4g} s to {end:.4g} s of {path}{why}")
         try:
-            better = _diagnosed_plant(path, folder / DIAGNOSIS, begin, end, configuration, twin)
+            better = _diagnosed_plant(path, folder / DIAGNOSIS, start, end, configuration, twin)
         except IdentifierError as error:
             warn(f"the recording cannot be diagnosed: {error}")
     if better is not None:
         _deliver(better, folder)
     names = [EVENTS, RECORDED, PREDICTIONS, IN_USE, ADVICE, GAINS, "parameters.json", f"{twin.unit}.fmu"]
     names += [f"{DIAGNOSIS}/{name}" for name in results.RESULTS]
-    there = [name for name in names if (folder / name).is_file()]
-    note_written(folder, there, ", as the twin flew last" if better is None else "")
+    written = [name for name in names if (folder / name).is_file()]
+    note_written(folder, written, ", as the twin flew last" if better is None else "")
 
 
 def _deliver(plant: hi.ParameterSet, folder: Path) -> None:
@@ -131,25 +131,25 @@ def _deliver(plant: hi.ParameterSet, folder: Path) -> None:
 
 
 def _diagnosed_plant(
-    path: Path, output: Path, begin: float, end: float, configuration: hi.RigConfiguration, twin: hi.ParameterSet
+    path: Path, output: Path, start: float, end: float, configuration: hi.RigConfiguration, twin: hi.ParameterSet
 ) -> hi.ParameterSet | None:
     """Diagnose a part of the recording, print the result, and give its plant if it is better than the twin."""
-    # The recording has the contract's columns, signs and units; what is left of the rig's own are its limits.
-    own = configuration.format
-    limits = hi.LogFormat(voltage_limit=own.voltage_limit, encoder_counts=own.encoder_counts)
-    diagnosis, _, held_out = diagnose_paths((path,), (), replace(configuration, format=limits), output, begin, end)
+    # The recording has the standard columns, signs and units; of the rig's format only the limits still apply.
+    of_rig = configuration.format
+    limits = hi.LogFormat(voltage_limit=of_rig.voltage_limit, encoder_counts=of_rig.encoder_counts)
+    diagnosis, _, held_out = diagnose_paths((path,), (), replace(configuration, format=limits), output, start, end)
     terminal.print_diagnosis(diagnosis)
     better = results.corrected_parameters(diagnosis)
     gain = results.log_likelihood(diagnosis.plant_after, held_out) - results.log_likelihood(twin.plant(), held_out)
     seconds = sum(log.duration for log in held_out)
-    compared = f"makes the last {seconds:.3g} s of the recording likelier by {abs(gain):.3g} nats than the"
+    comparison = f"makes the last {seconds:.3g} s of the recording likelier by {abs(gain):.3g} nats than the"
     if gain <= 0.0:
-        note(f"the twin {compared} diagnosis of the recording, and stays")
+        note(f"the twin {comparison} diagnosis of the recording, and stays")
         return None
     if drawbacks := [*_drawbacks(diagnosis, better, twin, held_out)]:
-        warn(f"the diagnosis of the recording {compared} twin, which stays nevertheless: {'; '.join(drawbacks)}")
+        warn(f"the diagnosis of the recording {comparison} twin, which stays nevertheless: {'; '.join(drawbacks)}")
         return None
-    note(f"the diagnosis of the recording {compared} twin, and replaces it")
+    note(f"the diagnosis of the recording {comparison} twin, and replaces it")
     for text in better.doubts:
         warn(text)
     return better
@@ -158,21 +158,21 @@ def _diagnosed_plant(
 def _drawbacks(
     diagnosis: hi.Diagnosis, better: hi.ParameterSet, twin: hi.ParameterSet, logs: Sequence[hi.Log]
 ) -> Iterator[str]:
-    """Say which gains the diagnosis does not determine, and on which axes it predicts worse than the twin."""
-    for name, own in diagnosis.parameters.items():
-        if name in online.GAINS and own.determination is tracing.Determination.NOT_DETERMINED:
-            yield f"it does not determine {name} ({own.why})"
-    both = (results.errors_ahead(own.plant(), logs, better.judged) for own in (twin, better))
+    """Name gains that the diagnosis does not determine, and axes on which it predicts worse than the twin."""
+    for name, report in diagnosis.parameters.items():
+        if name in online.GAINS and report.determination is tracing.Determination.NOT_DETERMINED:
+            yield f"it does not determine {name} ({report.why})"
+    both = (results.errors_ahead(parameters.plant(), logs, better.judged) for parameters in (twin, better))
     for (_, axis, old), (_, _, new) in zip(*both, strict=True):
         if new.value > old.high:
-            worse, than = (results.angle_text(own) for own in (new, old))
-            yield f"its error {results.AHEAD[better.judged]} on the {axis} is {worse} mrad, the twin's {than} mrad"
+            ahead, error, twin_error = results.AHEAD[better.judged], results.angle_text(new), results.angle_text(old)
+            yield f"its error {ahead} on the {axis} is {error} mrad, the twin's {twin_error} mrad"
 
 
 def choose_part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, str]:
-    """Return begin and end [s] of what is diagnosed, and the reason in words.
+    """Give start and end [s] of the part that is diagnosed, and the reason in words.
 
-    It is the longest stretch without a gap, after the last change that was noticed if enough flight follows it.
+    It is the longest part without a gap, after the last noticed change if enough flight follows it.
     """
     if len(times) < 2:
         return 0.0, 0.0, ""
@@ -182,8 +182,8 @@ def choose_part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, fl
         first, why = changes[-1], f", after the last change at {changes[-1]:.4g} s"
     elif changes:
         why = f"; the rig may have changed within it, at {changes[-1]:.4g} s"
-    kept = times[times >= max(first, times[-1] - LONGEST)]
-    cuts = np.flatnonzero(np.diff(kept) > (records.GAP_STEPS + 0.5) * np.median(np.diff(times)))
-    begins, ends = kept[np.append(0, cuts + 1)], kept[np.append(cuts, len(kept) - 1)]
-    longest = int((ends - begins).argmax())
-    return float(begins[longest]), float(ends[longest]), why
+    part = times[times >= max(first, times[-1] - LONGEST)]
+    cuts = np.flatnonzero(np.diff(part) > (records.GAP_STEPS + 0.5) * np.median(np.diff(times)))
+    starts, ends = part[np.append(0, cuts + 1)], part[np.append(cuts, len(part) - 1)]
+    longest = int((ends - starts).argmax())
+    return float(starts[longest]), float(ends[longest]), why

@@ -1,8 +1,8 @@
-"""What every command promises.
+"""Rules for every command.
 
-An error that is raised on purpose is printed as one sentence, with exit code 2; any other with its traceback and 70.
-Exit code 1 is left to commands that give it as an answer. A command that is asked to end (SIGTERM, SIGHUP, Ctrl-C)
-leaves no files and no processes behind. What a command reads it does not write over.
+An error that the program raises on purpose is printed as one sentence, with exit code 2; any other error with its
+traceback and 70. Exit code 1 is the answer of some commands. A command that is asked to end (SIGTERM, SIGHUP, Ctrl-C)
+leaves no draft files and no processes. A command does not write over a file that it reads.
 """
 
 import os
@@ -21,28 +21,28 @@ from heli_identifier.files import KEPT, is_kept
 from heli_identifier.processes import handled_here, memory_limits
 from heli_plant.errors import PlantError
 
-FAILED, BAD_INPUT, MISTAKE, INTERRUPTED = 1, 2, 70, 130
+FAILED, BAD_INPUT, PROGRAM_ERROR, INTERRUPTED = 1, 2, 70, 130
 """Exit codes: the model no longer explains a log, or a rig could not be diagnosed; bad usage, or data that cannot be
 used; a programming error (EX_SOFTWARE of sysexits.h); Ctrl-C, as every command that it ends gives it."""
 
 LEAST_MEMORY = 1000
-"""Megabytes of address space below which no command begins: `heli design` takes 760, most others 130 to 510."""
+"""Address space [MB] that every command needs: `heli design` takes 760, most others 130 to 510."""
 
 
 @contextmanager
 def report_errors() -> Iterator[None]:
-    """Turn an error in the block into what is said of it and an exit code; let signals end the block."""
+    """Turn an error in the block into a message and an exit code; let signals end the block."""
     try:
         with handled_here():
             yield
     except typer.Exit:
         raise
     except Exception as error:
-        sentence = sentence_of(error)
+        sentence = error_sentence(error)
         if sentence is None:
             traceback.print_exc()
             typer.secho("heli: a programming error in heli; please report it with the lines above.", err=True, fg="red")
-            raise SystemExit(MISTAKE) from error
+            raise SystemExit(PROGRAM_ERROR) from error
         text = f"heli: {' '.join(sentence.split())}"
         typer.secho(text if text.endswith((".", "?")) else f"{text}.", err=True, fg="red")
         raise SystemExit(BAD_INPUT) from error
@@ -51,11 +51,11 @@ def report_errors() -> Iterator[None]:
 
 
 def check_command(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Let a command begin only where there is memory for it, and with files to write that it does not read."""
+    """Wrap a command: it begins only with enough memory, and with output files that it does not read."""
 
     @wraps(command)
     def run(**options: Any) -> Any:
-        with report_errors():  # within the parser's own handling of errors, to which a broken pipe is an answer
+        with report_errors():  # inside the parser, which handles a broken pipe in its own way
             require_memory()
             check_files(options)
             return command(**options)
@@ -63,23 +63,23 @@ def check_command(command: Callable[..., Any]) -> Callable[..., Any]:
     return run
 
 
-def sentence_of(error: Any) -> str | None:
-    """Say what is wrong; None if the error is one of the program itself."""
-    if hasattr(error, "format_message"):  # a usage error has it, whose class has another place by version
-        said = error.format_message().rstrip(".")
-        return said if said.endswith("?") else f"{said}; see {error.ctx.command_path} --help"
+def error_sentence(error: Any) -> str | None:
+    """Give the sentence for an error; None for an error of the program itself."""
+    if hasattr(error, "format_message"):  # only a usage error has it; the module of its class depends on the version
+        sentence = error.format_message().rstrip(".")
+        return sentence if sentence.endswith("?") else f"{sentence}; see {error.ctx.command_path} --help"
     if isinstance(error, MemoryError):
         return "there is not enough memory for this; give less data or ask for less of it"
     if not isinstance(error, IdentifierError | PlantError | FmuError | OSError):
         return None
     try:
         os.getcwd()
-    except OSError:  # behind every other error then
+    except OSError:  # this causes every other error
         return "the folder in which this command runs is gone; change to another one"
     if not isinstance(error, OSError):
         return str(error)
-    said = error.strerror or str(error) or type(error).__name__
-    return said if error.filename is None else f"{error.filename}: {said}"
+    sentence = error.strerror or str(error) or type(error).__name__
+    return sentence if error.filename is None else f"{error.filename}: {sentence}"
 
 
 _WRITTEN = ("output", "junit", "plot")
@@ -89,24 +89,24 @@ _WRITTEN = ("output", "junit", "plot")
 def check_files(options: Mapping[str, object]) -> None:
     """Refuse to write over a file that the command reads, such as a measured log, or one file twice."""
     written = [path for key in _WRITTEN if isinstance(path := options.get(key), Path)]
-    real = [Path(os.path.realpath(path)) for path in written]
-    if twice := [path for path in real if real.count(path) > 1 and (path.is_file() or not path.exists())]:
+    real_paths = [Path(os.path.realpath(path)) for path in written]
+    if twice := [path for path in real_paths if real_paths.count(path) > 1 and (path.is_file() or not path.exists())]:
         raise ConfigurationError(f"two results are to be written to {twice[0].name}; name one file for each.")
-    given = [value if isinstance(value, list) else [value] for key, value in options.items() if key not in _WRITTEN]
-    KEPT.extend(path for values in given for path in values if isinstance(path, Path))
+    values = [value if isinstance(value, list) else [value] for key, value in options.items() if key not in _WRITTEN]
+    KEPT.extend(path for several in values for path in several if isinstance(path, Path))
     if "config" in options and options["config"] is None:
         KEPT.append(Path(CONFIGURATION_NAME))  # of this folder, which is read where none is named
-    if over := [path for path in written if is_kept(path)]:
-        raise ConfigurationError(f"{over[0]} is read by this command and not written over; name another.")
+    if read_as_well := [path for path in written if is_kept(path)]:
+        raise ConfigurationError(f"{read_as_well[0]} is read by this command and not written over; name another.")
 
 
 def require_memory() -> None:
-    """Refuse to begin under a limit of the memory (ulimit -v, ulimit -d) that is too low to load the libraries.
+    """Refuse a limit of the memory (ulimit -v, ulimit -d) that is too low to load the libraries.
 
-    Where the system refuses memory while they are loaded, they end the process without a word, or wait for ever. Under
-    a limit that is high enough the linear algebra is loaded at once, before data take the memory.
+    If they get no memory while they are loaded, they end the process without a message, or wait for ever. Under a limit
+    that is high enough, the linear algebra is loaded at once, before data take the memory.
     """
     for limit, name in memory_limits():
-        held = f"this process may use {limit / 1e6:.0f} MB of memory ({name})"
-        refuse(limit < 1e6 * LEAST_MEMORY, f"{held}, a command needs {LEAST_MEMORY} MB; raise the limit.")
+        allowed = f"this process may use {limit / 1e6:.0f} MB of memory ({name})"
+        refuse(limit < 1e6 * LEAST_MEMORY, f"{allowed}, a command needs {LEAST_MEMORY} MB; raise the limit.")
         import scipy.linalg  # noqa: F401

@@ -53,22 +53,22 @@ def follow(
     from heli_identifier.live.session import Session, check_unused
     from heli_identifier.live.sources import Player
 
-    one = (log is None) != (listen is None)
-    refuse(not one, "name a log to play, or --listen HOST:PORT for a rig that sends; one of the two.")
-    of_rig = bool(sender or layout or rate is not None)
-    refuse(listen is None and of_rig, "--sender, --layout and --rate belong to --listen.")
-    of_log = any(value is not None for value in (speed, start, end))
-    refuse(log is None and of_log, "--speed, --from and --to belong to a log; a rig sends at its own pace.")
+    one_source = (log is None) != (listen is None)
+    refuse(not one_source, "name a log to play, or --listen HOST:PORT for a rig that sends; one of the two.")
+    rig_options = bool(sender or layout or rate is not None)
+    refuse(listen is None and rig_options, "--sender, --layout and --rate belong to --listen.")
+    log_options = any(value is not None for value in (speed, start, end))
+    refuse(log is None and log_options, "--speed, --from and --to belong to a log; a rig sends at its own pace.")
     refuse(serve_at != SERVED_AT and not serve, "--serve-at says where --serve shows the twin; add --serve.")
-    for read in (parameters, controller):
-        inside = read is not None and os.path.realpath(read.parent) == os.path.realpath(output)
-        refuse(inside, f"{read} lies in the folder of the flight, whose files would replace it; name another folder.")
+    for file in (parameters, controller):
+        inside = file is not None and os.path.realpath(file.parent) == os.path.realpath(output)
+        refuse(inside, f"{file} lies in the folder of the flight, whose files would replace it; name another folder.")
     check_unused(output)
-    twin = args.read_with_doubts(parameters)
+    twin = args.read_parameters_and_warn(parameters)
     with ExitStack() as stack:
         source: Player | Listening
         if log is not None:
-            ((recorded,), configuration) = args.logs_of([log], config, start, end)
+            ((recorded,), configuration) = args.read_logs_of_rig([log], config, start, end)
             source = Player(recorded, 1.0 if speed is None else speed)
         else:
             configuration = args.find_configuration(config)
@@ -111,10 +111,10 @@ def stream(
     """
     from heli_identifier.live.sources import send
 
-    form = read_layout(layout or USUAL_LAYOUT)
-    ((recorded,), _) = args.logs_of([log], config)
+    datagram_layout = read_layout(layout or USUAL_LAYOUT)
+    ((recorded,), _) = args.read_logs_of_rig([log], config)
     with progress_bar() as progress:
-        late = send(recorded, to, speed, form, progress)
+        late = send(recorded, to, speed, datagram_layout, progress)
     typer.echo(f"{recorded.samples} samples, {recorded.duration:.4g} s of flight, sent to {to}")
     if late > 0.05:
         warn(f"the last datagrams were sent {late:.2g} s too late: this computer is too slow for --speed {speed:g}")

@@ -61,15 +61,15 @@ def diagnose_paths(
     keep_events: bool = False,
     native: bool = False,
 ) -> "tuple[hi.Diagnosis, tuple[hi.Log, ...], tuple[hi.Log, ...]]":
-    """Diagnose a rig and write the results; give the diagnosis, the training logs and those that were held out.
+    """Diagnose a rig and write the results; give the diagnosis, the training logs and the held-out logs.
 
-    ``way``: how to hold out others, where none are named.
+    ``way`` says how to hold out other logs; it is printed if no log was named for that.
     """
     with results.whole_folder(output) as draft:
         logs = hi.read_data_set(paths, validate, configuration.format, start, end)
-        training, held_out, held_back = tools.split_logs(*logs)
-        if held_back:
-            note(held_back + way)
+        training, held_out, split_note = tools.split_logs(*logs)
+        if split_note:
+            note(split_note + way)
         print_notes((*training, *held_out))
         settings = replace(hi.DiagnosisSettings.from_rig(configuration), keep_events=keep_events)
         with progress_bar() as bar:
@@ -92,7 +92,7 @@ def look(
 
     Gains are slopes at the logs' median voltage. References in the logs, or rebuilt from the voltages, judge them.
     """
-    recorded, configuration = args.logs_of(logs, config, start, end)
+    recorded, configuration = args.read_logs_of_rig(logs, config, start, end)
     terminal.show(hi.look(recorded, configuration=configuration), json)
 
 
@@ -113,14 +113,14 @@ def identify(
     Writes parameters.json (all logs together, weighted by their certainty), history.csv and history.svg.
     """
     with results.whole_folder(output) as draft:
-        recorded, known = args.logs_of(logs, config, start, end)
+        recorded, rig = args.read_logs_of_rig(logs, config, start, end)
         with progress_bar() as progress:
-            found = hi.identify(
-                recorded, configuration=known, filter_frequency=filter_frequency, method=method, progress=progress
+            identified = hi.identify(
+                recorded, configuration=rig, filter_frequency=filter_frequency, method=method, progress=progress
             )
             progress("drawing", 1.0)
-            found.write(draft)
-    terminal.show(found, json, written=(output, found.files))
+            identified.write(draft)
+    terminal.show(identified, json, written=(output, identified.files))
 
 
 def check(
@@ -144,8 +144,8 @@ def check(
     With --limit: plant and controller fly the logs again from their references, 3 s at a time from the measured motion,
     and what they err on the followed axes is held to it.
     """
-    expected = args.read_with_doubts(parameters)
-    recorded, configuration = args.logs_of(logs, config, start, end)
+    expected = args.read_parameters_and_warn(parameters)
+    recorded, configuration = args.read_logs_of_rig(logs, config, start, end)
     if limit is not None:
         require_positive("--limit", limit, "mrad")
         args.refuse_idle(context, "multiplies the error of a prediction; --limit holds the closed loop's", "factor")
@@ -183,5 +183,5 @@ def compare(
     """
     if not log:
         args.refuse_idle(context, "says how logs are read; name one with --log", "start", "end", "config")
-    recorded = args.logs_of(log, config, start, end)[0] if log else ()
+    recorded = args.read_logs_of_rig(log, config, start, end)[0] if log else ()
     terminal.show(hi.compare(first, second, recorded), json, verbose)

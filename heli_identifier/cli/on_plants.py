@@ -26,14 +26,19 @@ def effects(
     axes = sorted({entry.axis for entry in CATALOGUE})
     refuse(axis not in ("", *axes), f"no effect acts on the axis {axis!r}, choose one of {', '.join(axes)}.")
     document, rows = [], []
-    for own in (entry for entry in CATALOGUE if axis in ("", entry.axis)):
-        unit, span = results.unit_text(own.unit), results.typeset(f" {own.lower:g} to {own.upper:g}").strip()
-        shapes = ", ".join(results.label_with_unit(shape.name, shape.unit) for shape in own.shapes)
-        rows.append((own.name, own.axis, results.law_text(own.law), unit, span, shapes, own.source))
-        known = {"name": own.name, "axis": own.axis, "parameter": f"effects.{own.name}.{own.axis}", "law": own.law}
-        parts = [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in own.shapes]
-        of_c = {"unit": own.unit, "range": [own.lower, own.upper], "source": own.source, "shapes": parts}
-        document.append(known | of_c)
+    for effect in CATALOGUE:
+        if axis not in ("", effect.axis):
+            continue
+        span = results.typeset(f" {effect.lower:g} to {effect.upper:g}").strip()
+        shapes = ", ".join(results.label_with_unit(shape.name, shape.unit) for shape in effect.shapes)
+        law, unit = results.law_text(effect.law), results.unit_text(effect.unit)
+        rows.append((effect.name, effect.axis, law, unit, span, shapes, effect.source))
+        shape_entries = [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in effect.shapes]
+        parameter, plausible = f"effects.{effect.name}.{effect.axis}", [effect.lower, effect.upper]
+        entry = {"name": effect.name, "axis": effect.axis, "parameter": parameter, "law": effect.law}
+        document.append(
+            entry | {"unit": effect.unit, "range": plausible, "source": effect.source, "shapes": shape_entries}
+        )
     columns = ("effect", "axis", "law", "unit of c", "range of c", "shapes", "source")[: None if verbose else 5]
     print_answer(json, document, [results.Table("Effects", columns, [row[: len(columns)] for row in rows])])
 
@@ -60,8 +65,8 @@ def design(
     the controller come from --controller, as `heli linearise` writes it, or --set, as --set pitch.proportional=6.
     """
     require_range("duration", duration, "s", 20.0, 3600.0)
-    one = [separate is not None, show is not None, closed_loop].count(True) == 1
-    refuse(not one, "give one of --separate A B, --show A, and --closed-loop.")
+    one_task = [separate is not None, show is not None, closed_loop].count(True) == 1
+    refuse(not one_task, "give one of --separate A B, --show A, and --closed-loop.")
     foreign = not closed_loop and (controller is not None or bool(settings))
     refuse(foreign, "--controller and --set are the controller's; give them with --closed-loop.")
     no_flight = f"keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad"
@@ -69,13 +74,13 @@ def design(
         args.refuse_idle(context, "is that of an open loop; here the plant's voltages saturate", "voltage_limit")
         refuse(output is not None, "--output writes voltages of an open loop; with --closed-loop there are none.")
         plant = _read_plant(parameters)
-        pid = args.controller_of(PidSettings(voltage_limit=plant.v_max), controller, settings)
+        pid = args.read_controller(PidSettings(voltage_limit=plant.v_max), controller, settings)
         limits = tools.Limits(plant.v_max, pitch_limit, elevation_limit)
         with progress_bar() as progress:
             outlooks = tools.flight_outlooks(plant, pid, hover, duration, limits, progress)
         refuse(not outlooks, f"no flight {no_flight} of the hover; widen the limits.")
-        usual = "no --controller given: the PID of the units flies with its default gains"
-        remarks = [] if controller or settings else [usual]
+        default_gains = "no --controller given: the PID of the units flies with its default gains"
+        remarks = [] if controller or settings else [default_gains]
         print_answer(json, results.to_plain(outlooks), [tools.flight_table(outlooks)], remarks)
         return
     args.refuse_idle(context, "is the hover of a flight; give it with --closed-loop", "hover")
@@ -92,9 +97,9 @@ def design(
 
 
 def _read_plant(file: Path | None) -> PlantParameters:
-    """Give the plant of a parameters.json; without one the published model, and say so."""
-    if given := args.set_of(results.PLANT, file):
-        return given.plant()
+    """Give the plant of a parameters.json; without a file the published model, with a note."""
+    if parameters := args.read_unit_parameters(results.PLANT, file):
+        return parameters.plant()
     note("no --parameters given: the published model, Table 2, stands in for the rig")
     return PlantParameters()
 
@@ -120,19 +125,19 @@ def linearise(
     aim = args.find_configuration(config).controller
     aim = aim if period is None else replace(aim, period=period)
     with results.whole_folder(output) as draft:
-        given = args.read_with_doubts(parameters)
+        given = args.read_parameters_and_warn(parameters)
         with progress_bar() as progress:
-            made = tools.design_pid(given, pitch, elevation, aim, progress=progress)
-        document, matlab = made.linear_document(), BytesIO()
-        savemat(matlab, made.matrices)
+            result = tools.design_pid(given, pitch, elevation, aim, progress=progress)
+        document, matlab = result.linear_document(), BytesIO()
+        savemat(matlab, result.matrices)
         files = {
             "linear_model.json": document,
             "linear_model.mat": matlab.getvalue(),
-            "controller.json": tools.controller_parameters(made.flown, made.plants.model.point),
-            "steps.svg": results.figure_file(tools.step_figure(made)),
+            "controller.json": tools.controller_parameters(result.flown, result.plants.model.point),
+            "steps.svg": results.figure_file(tools.step_figure(result)),
         }
         results.write_files(draft, files)
-    print_answer(json, document, [tools.margin_table(made)], made.notes, (output, files))
+    print_answer(json, document, [tools.margin_table(result)], result.notes, (output, files))
 
 
 def design_controller(
@@ -159,20 +164,20 @@ def design_controller(
     configuration = args.find_configuration(config)
     aim = configuration.controller if period is None else replace(configuration.controller, period=period)
     with results.whole_folder(output) as draft:
-        given = args.read_with_doubts(parameters)
+        given = args.read_parameters_and_warn(parameters)
         with progress_bar() as progress:
-            made = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)
-        document = made.document()
-        model, course, name = made.plants.model, tools.course_values(init), init.name if init else None
+            result = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)
+        document = result.document()
+        model, course, name = result.plants.model, tools.course_values(init), init.name if init else None
         files = {
             "design.json": document,
-            "design.html": tools.controller_html(made),
-            "controller.m": tools.controller_m(made),
+            "design.html": tools.controller_html(result),
+            "controller.m": tools.controller_m(result),
             "init_heli_corrected.m": tools.corrected_init(given, model, course, configuration.geometry, name),
-            "controller.json": tools.controller_parameters(made.flown, model.point),
-            "nominal.json": tools.controller_parameters(made.baseline.settings, model.point),
+            "controller.json": tools.controller_parameters(result.flown, model.point),
+            "nominal.json": tools.controller_parameters(result.baseline.settings, model.point),
         }
-        if isinstance(made.robust.settings, FeedbackSettings):
-            files |= controller_sources(made.robust.settings)
+        if isinstance(result.robust.settings, FeedbackSettings):
+            files |= controller_sources(result.robust.settings)
         results.write_files(draft, files)
-    print_answer(json, document, [tools.design_table(made)], made.notes, (output, files))
+    print_answer(json, document, [tools.design_table(result)], result.notes, (output, files))

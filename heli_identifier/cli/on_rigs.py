@@ -1,4 +1,4 @@
-"""Commands on several rigs, fleet and campaign; and to begin with one, init and demo."""
+"""Commands on several rigs: fleet and campaign; commands to begin with: init and demo."""
 
 import os
 import sys
@@ -54,13 +54,13 @@ def fleet(
                 note(f"{rig.note} (a name that begins with held says which)")
             print_notes((*rig.training, *rig.held_out))
         with progress_bar() as progress:
-            found = tools.diagnose_rigs(rigs, failures, progress)
-        document = found.document()
-        written = results.write_files(draft, {"fleet.json": document, "fleet.html": tools.fleet_html(found)})
-    for name, why in found.failures.items():
+            diagnosed = tools.diagnose_rigs(rigs, failures, progress)
+        document = diagnosed.document()
+        written = results.write_files(draft, {"fleet.json": document, "fleet.html": tools.fleet_html(diagnosed)})
+    for name, why in diagnosed.failures.items():
         warn(f"rig {name} is left out: {why}")
-    print_answer(json, document, tools.fleet_tables(found), (), (output, written), tools.fleet_sentence(found))
-    if found.failures:
+    print_answer(json, document, tools.fleet_tables(diagnosed), (), (output, written), tools.fleet_sentence(diagnosed))
+    if diagnosed.failures:
         raise typer.Exit(FAILED)
 
 
@@ -78,18 +78,18 @@ def campaign(
 
     Writes campaign.parquet, one row per rig, and beside it the single rows. Exit 1 if a rig could not be diagnosed.
     """
-    file = args.configuration_file(config)
+    config_file = args.configuration_file(config)
     refuse((folder is None) == (generator == ""), "name either a folder of rigs or a --generator.")
     if folder is not None:
         refuse(rigs is not None, f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
-        sources = tools.find_rigs(folder, file)
+        sources = tools.find_rigs(folder, config_file)
     elif rigs is None:
         raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
     else:
         # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
         sys.path.insert(0, os.getcwd())
         sources = tools.generate_rigs(generator, rigs)
-    settings = hi.DiagnosisSettings.from_rig(args.find_configuration(file))
+    settings = hi.DiagnosisSettings.from_rig(args.find_configuration(config_file))
     with progress_bar(lines=True) as progress:
         rows = tools.run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
     summary = tools.summarise_rows(rows)
@@ -109,22 +109,22 @@ def init(
     """
     log, to = (file, output) if file and file.suffix != ".toml" else (None, file or output)
     refuse(output not in (None, to), f"{file} and --output {output} both name the configuration to write; keep one.")
-    found = records.guess(log) if log else None
-    path = records.write_template(to or CONFIGURATION_NAME, found)
-    if log and found:
-        form, reasons, rows = found.format, found.reasons, []
-        for signal, header in form.columns.items():
-            because = [reasons.get(f"{part}.{signal}", "") for part in ("columns", "units", "signs")]
-            sign = str(form.sign(signal)) if signal != "time" else ""
-            rows.append((signal, header, form.units[signal], sign, "; ".join(filter(None, because))))
+    guess = records.guess(log) if log else None
+    path = records.write_template(to or CONFIGURATION_NAME, guess)
+    if log and guess:
+        log_format, reasons, rows = guess.format, guess.reasons, []
+        for signal, header in log_format.columns.items():
+            reasons_of_signal = [reasons.get(f"{part}.{signal}", "") for part in ("columns", "units", "signs")]
+            sign = str(log_format.sign(signal)) if signal != "time" else ""
+            rows.append((signal, header, log_format.units[signal], sign, "; ".join(filter(None, reasons_of_signal))))
         columns = ("signal", "column", "unit", "sign", "because")
         terminal.print_table(results.Table(f"Guessed from {log}; confirm each", columns, rows))
         for key in ("swap_rotors", "clip", "start", "decimal"):
             if key in reasons:
                 note(f"{key}: {reasons[key]}")
-        doubts = list(found.doubts)
+        doubts = list(guess.doubts)
         try:
-            doubts += records.suspicions(hi.read_log(log, form))
+            doubts += records.suspicions(hi.read_log(log, log_format))
         except LogError as error:
             doubts.append(f"with these guesses the log is refused: {error}")
         for text in doubts:
@@ -134,7 +134,7 @@ def init(
 
 def demo(output: Path = args.folder("build")) -> None:
     """Build the units, then diagnose two rigs whose logs come with the package."""
-    began, rigs = perf_counter(), ("rig-a", "rig-b")
+    start, rigs = perf_counter(), ("rig-a", "rig-b")
     with progress_bar() as progress:
         progress("building the units", 0.0)
         with results.whole_folder(output) as draft:
@@ -147,4 +147,4 @@ def demo(output: Path = args.folder("build")) -> None:
         typer.echo(f"{rig}: {len(training)} logs fitted, {len(held_out)} held out")
         terminal.print_diagnosis(diagnosis)
         typer.echo(f"report: {folder / 'report.html'}  corrected plant: {folder / 'HelicopterPlant.fmu'}")
-    typer.echo(f"\n{perf_counter() - began:.0f} s in all")
+    typer.echo(f"\n{perf_counter() - start:.0f} s in all")

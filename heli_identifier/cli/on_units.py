@@ -40,22 +40,22 @@ def build(
     """
     from fmu_src.native import NATIVE_UNITS
 
-    kind = {"--all-platforms": all_platforms, "--model-exchange": model_exchange, f"--fmi {fmi}": fmi != 2}
-    for words, asked in kind.items():
-        refuse(asked and not native, f"{words} belongs to native units; add --native.")
+    native_options = {"--all-platforms": all_platforms, "--model-exchange": model_exchange, f"--fmi {fmi}": fmi != 2}
+    for name, given in native_options.items():
+        refuse(given and not native, f"{name} belongs to native units; add --native.")
     names = units or list(NATIVE_UNITS if native else fmu_src.UNITS)
-    given = args.sets_by_unit(parameters, names, f"which is not among {', '.join(names)}")
+    sets = args.read_parameters_by_unit(parameters, names, f"which is not among {', '.join(names)}")
     several = bool(settings) and len(names) != 1
     refuse(several, "--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
-    own = args.parse_assignments(settings)
+    assigned = args.parse_assignments(settings)
     with results.whole_folder(output) as draft, progress_bar() as progress:
         for number, name in enumerate(names):
             progress(f"building {name}", number / len(names))
-            taken = given.get(name)
-            whole = taken if taken and taken.unit == name and not own else None  # the unit then says its use
-            values: dict[str, float | str] = {**(taken.start_values if taken else {}), **own}
+            from_file = sets.get(name)
+            values: dict[str, float | str] = {**(from_file.start_values if from_file else {}), **assigned}
+            unchanged = from_file and from_file.unit == name and not assigned  # the unit then says its use
             hi.build(
-                name, draft, whole or values, native=native, fmi=fmi, all_platforms=all_platforms,
+                name, draft, from_file if unchanged else values, native=native, fmi=fmi, all_platforms=all_platforms,
                 model_exchange=model_exchange,
             )  # fmt: skip
     if native:
@@ -82,7 +82,7 @@ def ssp(
     """Write a scenario with its units and parameters as one SSP file."""
     from fmu_src.ssp import write_ssp
 
-    values = args.values_by_unit(scenario, parameters, settings)
+    values = args.scenario_values(scenario, parameters, settings)
     path = write_ssp(scenario, output or Path(f"{scenario}.ssp"), values, duration=duration, native=native)
     if native:
         args.warn_of_missing_compilers()
@@ -117,7 +117,8 @@ def simulate(
     if runs is None:
         args.refuse_idle(context, "is that of the draws of --runs", "seed")
     files = args.parse_assignments(fmu, "--fmu", "UNIT=FILE, as plant=result/HelicopterPlant.fmu")
-    values = args.values_by_unit(scenario, controller, ()) | args.values_by_unit(scenario, parameters, settings, files)
+    values = args.scenario_values(scenario, controller, ())
+    values |= args.scenario_values(scenario, parameters, settings, files)
     with _play_log(scenario, log, start, end, config) as (recorded, played):
         if step is None:
             step = recorded.step if recorded else 0.01
@@ -137,7 +138,7 @@ def simulate(
 
 
 def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) -> None:
-    """Print figures of every output, of many runs the range of 95 % of them, and how far the plant is off a log."""
+    """Print figures of every output, for many runs the range of 95 % of them, and the plant's error against a log."""
     values, bands, end = result.values, result.bands, f"{result.time[-1]:g} s"
     if bands is not None:
         title = f"{bands.runs} runs of {end}; 95 % of them lie between low and high"
@@ -146,34 +147,34 @@ def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) 
     else:
         title = f"{end} in steps of {result.time[1]:g} s"
         figures = {"first": values[0], "last": values[-1], "smallest": values.min(0), "largest": values.max(0)}
-    columns = (result.names, result.units, *(own.tolist() for own in figures.values()))
+    columns = (result.names, result.units, *(column.tolist() for column in figures.values()))
     outputs = [dict(zip(("name", "unit", *figures), row, strict=True)) for row in zip(*columns, strict=True)]
     rows = [
-        (own["name"], *(results.to_digits(own[key], 4) for key in figures), results.unit_text(own["unit"]))
-        for own in outputs
-        if everything or own["name"].count(".") == 1
+        (output["name"], *(results.to_digits(output[key], 4) for key in figures), results.unit_text(output["unit"]))
+        for output in outputs
+        if everything or output["name"].count(".") == 1
     ]
     document: Any = outputs
     if bands is not None:
         document = {"runs": bands.runs, "refused": len(bands.refused), "outputs": outputs}
         if refused := bands.refused:
             warn(f"{len(refused)} of {bands.runs + len(refused)} runs were refused; first: {refused[0]}")
-    elif log is not None and (errors := _off_the_log(result, log)):
-        for own in (own for own in outputs if own["name"] in errors):
-            own["rms_error"] = errors[own["name"]]
-        said = ", ".join(
+    elif log is not None and (errors := _errors_against(result, log)):
+        for output in (output for output in outputs if output["name"] in errors):
+            output["rms_error"] = errors[output["name"]]
+        error_text = ", ".join(
             f"{name.removeprefix('plant.')} {results.to_digits(1e3 * value)} mrad"
             + (" (it runs away)" if value > pi else "")
             for name, value in errors.items()
         )
         if not json:
-            typer.echo(f"RMS error of the plant against {log.path}: {said}")
+            typer.echo(f"RMS error of the plant against {log.path}: {error_text}")
     heads = ("output", *(name.removeprefix("last_") for name in figures), "unit")
     print_answer(json, document, [results.Table(title, heads, rows)])
 
 
-def _off_the_log(result: Any, log: "hi.Log") -> dict[str, float]:
-    """Root-mean-square errors [rad] of the plant's angles against a log, whose samples are joined by lines."""
+def _errors_against(result: Any, log: "hi.Log") -> dict[str, float]:
+    """Give root-mean-square errors [rad] of the plant's angles against a log, interpolated by straight lines."""
     import numpy as np
 
     names = [f"plant.{axis}" for axis in fmu_src.AXES]
@@ -189,7 +190,7 @@ def _off_the_log(result: Any, log: "hi.Log") -> dict[str, float]:
 def _play_log(
     scenario: str, path: Path | None, start: float | None, end: float | None, config: Path | None
 ) -> "Iterator[tuple[hi.Log | None, dict[str, Any]]]":
-    """Give the log that a scenario plays, and the parameters that make its units play and start with it."""
+    """Give the log that a scenario plays, and the parameters of the units that play it or start with it."""
     units = dict(fmu_src.scenario(scenario).units)
     if "LogPlayer" not in units.values():
         refuse(path is not None, f"scenario {scenario} plays no log; leave --log away or take measured_data.")
@@ -197,8 +198,8 @@ def _play_log(
         return
     if path is None:
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
-    ((log,), _) = args.logs_of([path], config, start, end)
-    with results.play_log(log, results.start_of(log)._asdict()) as values:
+    ((log,), _) = args.read_logs_of_rig([path], config, start, end)
+    with results.play_log(log) as values:
         values |= {"identifier.sample.time": log.step, "corrector.sample.time": log.step}
         yield log, {name: value for name, value in values.items() if name.partition(".")[0] in units}
 
@@ -206,26 +207,27 @@ def _play_log(
 def _variations(
     scenario: str, file: Path | None, given: Mapping[str, Any], count: int, seed: int
 ) -> dict[str, list[Any]]:
-    """Draw the plants' parameters by their standard errors, but for what was given; record the plants' outputs."""
+    """Draw the plants' parameters that were not ``given`` by their standard errors; record the plants' outputs."""
     if file is None:
         raise ConfigurationError(
             "--runs varies parameters by their standard errors; name the parameters.json of a diagnosis: --parameters."
         )
     plants = [name for name, unit in fmu_src.scenario(scenario).units if unit == results.PLANT]
     refuse(not plants, f"--runs varies the {results.PLANT}, which scenario {scenario} does not have.")
-    read = hi.read_parameters(file)
-    drawn = [
+    parameters = hi.read_parameters(file)
+    variations = [
         {f"{plant}.{name}": value for plant in plants for name, value in draw.items() if f"{plant}.{name}" not in given}
-        for draw in results.draw_values(read, count, seed)
+        for draw in results.draw_values(parameters, count, seed)
     ]
     refuse(
-        not drawn[0],
+        not variations[0],
         f"{file} states no standard error of a parameter that --set leaves free, so there is nothing to vary; the "
         "parameters.json of `heli diagnose` has them.",
     )
-    how = "with their covariance" if read.covariance else "independently by their standard errors"
-    note(f"{len(drawn[0])} parameters are drawn {how} (seed {seed}).")
-    if read.drawn_from_prior:
-        note(read.drawn_from_prior)
-    outputs = [own.name for own in fmu_src.unit_class(results.PLANT).variables if own.causality == "output"]
-    return {"variations": drawn, "record": [f"{plant}.{name}" for plant in plants for name in outputs]}
+    how = "with their covariance" if parameters.covariance else "independently by their standard errors"
+    note(f"{len(variations[0])} parameters are drawn {how} (seed {seed}).")
+    if parameters.drawn_from_prior:
+        note(parameters.drawn_from_prior)
+    variables = fmu_src.unit_class(results.PLANT).variables
+    outputs = [variable.name for variable in variables if variable.causality == "output"]
+    return {"variations": variations, "record": [f"{plant}.{name}" for plant in plants for name in outputs]}

@@ -1,9 +1,8 @@
-"""What a command prints: tables and sentences for people, JSON for machines; and streams that outlive their readers.
+"""The output of commands: tables and sentences for people, JSON for machines, and streams whose reader may leave.
 
-`heli check | head` ends the pipe before the command is done. The command then goes on without it: its files are
-written, and its exit code is its answer. The same holds for a stream that is closed from the start, and a character
-that the stream's encoding lacks becomes one like it, or a question mark. Where the stream leads to a full disk the
-command goes on as well, and says so at its end.
+`heli check | head` closes the pipe before the command ends. The command then continues: it writes its files and gives
+its exit code. It also continues if a stream is closed from the start. If the disk of a stream is full, it continues and
+says so at its end. A character that the encoding lacks is replaced by a similar one or a question mark.
 """
 
 import codecs
@@ -24,23 +23,23 @@ from heli_identifier import records, results
 from heli_identifier.errors import printable
 from heli_identifier.processes import undo_at_end
 
-_ALIKE = {"−": "-", "–": "-", "→": "->", "²": "^2", "±": "+-", "Γ": "Gamma"}
-"""What stands for a character in an encoding without it: a minus that became a question mark would be a lost sign."""
+_SIMILAR = {"−": "-", "–": "-", "→": "->", "²": "^2", "±": "+-", "Γ": "Gamma"}
+"""Replacements of characters that an encoding lacks: a minus must not become a question mark."""
 
 
-def _alike(error: UnicodeError) -> tuple[str, int]:
+def _replace_characters(error: UnicodeError) -> tuple[str, int]:
     assert isinstance(error, UnicodeEncodeError)
-    return "".join(_ALIKE.get(letter, "?") for letter in error.object[error.start : error.end]), error.end
+    return "".join(_SIMILAR.get(letter, "?") for letter in error.object[error.start : error.end]), error.end
 
 
-codecs.register_error("alike", _alike)
+codecs.register_error("alike", _replace_characters)
 
 
 class _Outlet(io.FileIO):
-    """A stream whose reader may leave, or whose disk may be full; what is written after that goes nowhere."""
+    """A stream whose reader may leave, or whose disk may be full; later output is then discarded."""
 
     problem: str | None = None
-    """What the system said then; None while all is well, and after a reader has left."""
+    """The system's message of an error of the disk; None without an error, and after a reader has left."""
 
     def write(self, data: Any) -> int | None:  # type: ignore[override]
         try:
@@ -58,9 +57,9 @@ class _Outlet(io.FileIO):
 
 
 def open_streams() -> Callable[[], str | None]:
-    """Replace ``sys.stdout`` and ``sys.stderr``; give what flushes them and says what kept them from being written."""
+    """Replace ``sys.stdout`` and ``sys.stderr``; give a function that flushes them and returns a disk's error."""
     while (nothing := os.open(os.devnull, os.O_RDWR)) < 3:
-        pass  # takes the place of a stream that is closed, which the next file would take, and receive what is printed
+        pass  # this file takes the number of a closed stream; else the next file would take it, and get all output
     os.close(nothing)
     outlets = [_Outlet(descriptor, "w", closefd=False) for descriptor in (1, 2)]
     for outlet, name in zip(outlets, ("stdout", "stderr"), strict=True):
@@ -78,22 +77,22 @@ def open_streams() -> Callable[[], str | None]:
 
 
 def note(text: str) -> None:
-    """Say something beside the result, on the error stream."""
+    """Print a remark on the error stream."""
     typer.secho(printable(text), err=True, dim=True)
 
 
 def warn(text: str) -> None:
-    """Say on the error stream what puts the result in doubt, so that nobody misses it."""
+    """Print on the error stream a reason to doubt the result."""
     typer.secho(printable(results.typeset(f"warning: {text}")), err=True, fg="yellow", bold=True)
 
 
 def note_written(folder: Path, names: Iterable[str], how: str = "") -> None:
-    """Say which files were written into a folder."""
+    """Print which files were written into a folder."""
     note(f"written{how}: {', '.join(str(folder / name) for name in names)}")
 
 
 def print_notes(logs: "Sequence[hi.Log]") -> None:
-    """Print what was converted or repaired on reading, and what is probably wrong with columns and signs."""
+    """Print what was converted or repaired on reading, and suspicions about columns and signs."""
     for log in logs:
         if log.notes:
             note(f"{log.path}: {results.typeset('; '.join(log.notes))}")
@@ -105,14 +104,15 @@ def print_notes(logs: "Sequence[hi.Log]") -> None:
 _INTERVAL = re.compile(r" ± [^ ]+| \([^()]* to [^()]*\)| \(±[^()]*\)")
 
 UNBOUNDED = 10_000
-"""Width of a table that goes to a file or a pipe: no cell is broken in two, which would spoil a search in it."""
+"""Width of a table in a file or a pipe: no cell is broken, so that a search finds its text."""
 
 
 def print_table(table: "results.Table", intervals: bool = True) -> None:
-    """Print a table with what there is to say of it; a column of figures stands at the right.
+    """Print a table with its remarks; a column of figures is aligned at the right.
 
-    On a terminal too narrow for it, figures stand without their intervals, unless these are asked for; then heads and
-    prose break at spaces; then columns stand in parts, each behind the first ones, by which rows are told apart.
+    On a terminal that is too narrow, figures lose their intervals unless ``intervals``. If it is still too narrow,
+    heads and prose break at spaces; then columns are divided into parts, each with the first columns, which name the
+    rows.
     """
     from rich import box
     from rich.console import Console
@@ -120,18 +120,19 @@ def print_table(table: "results.Table", intervals: bool = True) -> None:
 
     console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else UNBOUNDED)
     title, columns = table.title, list(zip(table.columns, *table.rows, strict=True))
-    if not intervals and _width([max(map(len, own)) for own in columns]) > console.width:
-        title, columns = _INTERVAL.sub("", title), [tuple(_INTERVAL.sub("", cell) for cell in own) for own in columns]
+    if not intervals and _table_width([max(map(len, column)) for column in columns]) > console.width:
+        title = _INTERVAL.sub("", title)
+        columns = [tuple(_INTERVAL.sub("", cell) for cell in column) for column in columns]
     least = []  # widths at which no figure and no word is broken
     for (head, *cells), figure in zip(columns, table.figures, strict=True):
         words = [*head.split(), *(cells if figure else " ".join(cells).split())]
         least.append(min(max(map(len, words), default=0), console.width // 2))
     first = 1 if len(set(columns[0][1:])) == len(table.rows) else 2
     console.print(results.typeset(title), style="bold")
-    for part in _parts(least, first, console.width):
+    for part in _divide_columns(least, first, console.width):
         printed = Printed(box=box.SIMPLE_HEAD, pad_edge=False)
         widths = {k: max(map(len, columns[k])) for k in part}
-        while _width(widths.values()) > console.width and (wide := [k for k in part if widths[k] > least[k]]):
+        while _table_width(widths.values()) > console.width and (wide := [k for k in part if widths[k] > least[k]]):
             widths[max(wide, key=widths.__getitem__)] -= 1
         for k, width in widths.items():
             justify: Literal["right", "left"] = "right" if table.figures[k] else "left"
@@ -143,18 +144,18 @@ def print_table(table: "results.Table", intervals: bool = True) -> None:
         typer.echo(results.typeset(text))
 
 
-def _parts(widths: Sequence[int], first: int, room: int) -> list[list[int]]:
-    """Divide columns into parts that are at most ``room`` wide; each has the ``first`` columns in front."""
+def _divide_columns(widths: Sequence[int], first: int, width_limit: int) -> list[list[int]]:
+    """Divide columns into parts of at most ``width_limit``; each part begins with the ``first`` columns."""
     parts = [[*range(first)]]
     for k in range(first, len(widths)):
-        if len(parts[-1]) > first and _width([widths[own] for own in (*parts[-1], k)]) > room:
+        if len(parts[-1]) > first and _table_width([widths[column] for column in (*parts[-1], k)]) > width_limit:
             parts.append([*range(first)])
         parts[-1].append(k)
     return parts
 
 
-def _width(columns: Collection[int]) -> int:
-    """Width of a printed table whose columns have these widths."""
+def _table_width(columns: Collection[int]) -> int:
+    """Give the width of a printed table whose columns have these widths."""
     return sum(columns) + 3 * (len(columns) - 1) + 2
 
 
@@ -168,12 +169,12 @@ def print_answer(
     intervals: bool = True,
     warnings: Iterable[str] = (),
 ) -> None:
-    """Print a result as JSON, or as heading, tables, remarks, and which files were written into which folder.
+    """Print a result as JSON, or as heading, tables, remarks, and the files that were ``written`` into a folder.
 
-    What puts it in doubt comes last, as what stands last on a terminal is seen.
+    Warnings come last, where a reader of a terminal sees them.
     """
     if json:
-        # A stream of another encoding cannot show every character; JSON can escape it, so that nothing is lost.
+        # A stream of another encoding cannot show every character: JSON escapes them.
         escaped = (sys.stdout.encoding or "ascii").lower().replace("-", "") != "utf8"
         typer.echo(dumps(document, indent=1, ensure_ascii=escaped, allow_nan=False))
     else:
@@ -190,25 +191,25 @@ def print_answer(
 
 
 def show(
-    found: "results.Tabular", json: bool, intervals: bool = True, written: tuple[Path, Iterable[str]] | None = None
+    result: "results.Tabular", json: bool, intervals: bool = True, written: tuple[Path, Iterable[str]] | None = None
 ) -> None:
-    """Print a value that shows itself as a table."""
-    document, tables = found.to_dict(), [found.table]
-    print_answer(json, document, tables, found.remarks, written, intervals=intervals, warnings=found.warnings)
+    """Print a value that has a table."""
+    document, tables = result.to_dict(), [result.table]
+    print_answer(json, document, tables, result.remarks, written, intervals=intervals, warnings=result.warnings)
 
 
 def print_diagnosis(diagnosis: "hi.Diagnosis", reasons: bool = False, json: bool = False) -> None:
     """Print the verdict, the effects, the parameters and the errors; with ``reasons`` the catalogue and intervals."""
     tables, heading = results.diagnosis_tables(diagnosis, reasons), results.verdict_line(diagnosis)
-    doubts = results.typeset_notes(diagnosis.notes)
-    print_answer(json, diagnosis.to_dict(), tables, heading=heading, intervals=reasons, warnings=doubts)
+    notes = results.typeset_notes(diagnosis.notes)
+    print_answer(json, diagnosis.to_dict(), tables, heading=heading, intervals=reasons, warnings=notes)
 
 
 @contextmanager
 def progress_bar(lines: bool = False) -> Iterator[Callable[[str, float], None]]:
-    """Give what is called with what is being done and the share that is done, 0 to 1: a bar, where it can be seen.
+    """Give a function that shows the current work and the share that is done, 0 to 1: as a bar on a terminal.
 
-    Elsewhere nothing is shown, or some twenty ``lines``.
+    Without a terminal nothing is shown, or with ``lines`` about twenty lines.
     """
     if not sys.stderr.isatty():
         shown = -1.0

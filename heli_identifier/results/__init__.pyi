@@ -41,16 +41,13 @@ from .running import Simulation as Simulation
 from .running import build as build
 from .running import play_log as play_log
 from .running import simulate as simulate
-from .running import start_of as start_of
 from .sources import PlantSource as PlantSource
 from .sources import plant_of as plant_of
 from .sources import read_parameters as read_parameters
-from .svg import COLOURS as COLOURS
 from .svg import Axes as Axes
 from .svg import figure as figure
 from .svg import figure_file as figure_file
 from .svg import run_figure as run_figure
-from .svg import thin_line as thin_line
 from .tables import GAIN_OF as GAIN_OF
 from .tables import Table as Table
 from .tables import Tabular as Tabular

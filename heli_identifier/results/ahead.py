@@ -1,4 +1,4 @@
-"""Errors ahead of a plant that comes without a fit, on logs of its rig, and limits that they are held to."""
+"""Errors ahead of a plant without a fit, on logs of its rig, compared with limits."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from heli_identifier.tracing.rig import Parameters, record_of
 
 @dataclass(frozen=True)
 class Outcome:
-    """One axis of one log: its error ahead [rad] and the limit [rad] it is held to."""
+    """One axis of one log: its error ahead [rad] and the limit [rad] of this error."""
 
     log: str
     axis: str
@@ -24,30 +24,30 @@ class Outcome:
 
     @property
     def passed(self) -> bool:
-        """Whether the error keeps the limit."""
+        """Whether the error is within the limit."""
         return self.error.value <= self.limit
 
 
 def errors_ahead(
     parameters: Parameters, logs: Sequence[Log], figure: str = "prediction_1s"
 ) -> list[tuple[str, str, ErrorFigure]]:
-    """Predict ``logs`` ahead with ``parameters`` alone, and give log, axis and error [rad], log by log.
+    """Predict ``logs`` with ``parameters`` alone; give log, axis and error [rad], log by log.
 
-    ``figure`` is one of :data:`.prediction.HORIZONS`; from the filter's state it is larger than that of a fit, which
-    knows the air. The events of the logs do not count.
+    ``figure`` is one of :data:`.prediction.HORIZONS`. If it starts from the filter's state, it is larger than that of a
+    fit, which knows the air. Samples within the events of the logs do not count.
     """
     rig, errors = helicopter(logs), list[tuple[str, str, ErrorFigure]]()
-    for own in logs:
-        run = Run.along(Model.alone(rig, parameters), record_of(own, rig), np.zeros(len(rig.axes)))
-        said = f"log {own.name}, error over {HORIZONS[figure]:g} s"
-        figures = rms_figures([run.errors()[figure]], SPACING, said)
-        errors += [(own.name, axis, error) for axis, error in zip(rig.axes, figures, strict=True)]
+    for log in logs:
+        run = Run.along(Model.alone(rig, parameters), record_of(log, rig), np.zeros(len(rig.axes)))
+        what = f"log {log.name}, error over {HORIZONS[figure]:g} s"
+        figures = rms_figures([run.errors()[figure]], SPACING, what)
+        errors += [(log.name, axis, error) for axis, error in zip(rig.axes, figures, strict=True)]
     return errors
 
 
 def hold_to(
     parameters: Parameters, limits: Mapping[str, float], logs: Sequence[Log], figure: str = "prediction_1s"
 ) -> list[Outcome]:
-    """Hold the :func:`errors_ahead` of every axis named in ``limits`` [rad] to its limit."""
+    """Compare the :func:`errors_ahead` of every axis named in ``limits`` [rad] with its limit."""
     errors = errors_ahead(parameters, logs, figure)
     return [Outcome(log, axis, error, limits[axis]) for log, axis, error in errors if axis in limits]

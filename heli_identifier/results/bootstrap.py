@@ -13,20 +13,20 @@ from heli_identifier.tracing.rig import Array
 from heli_identifier.tracing.settings import BLOCK, SETTLING
 
 DRAWS = 1000
-"""Draws of the bootstrap: the ends of a 95 % interval are then known to a twentieth of its width."""
+"""Number of draws; the ends of a 95 % interval are then known to a twentieth of its width."""
 
 
 def rms_figures(errors: Sequence[Array], spacing: float | Sequence[float], what: str = "errors") -> list[ErrorFigure]:
-    """Root mean squares by column of errors (S_i, a) that lie ``spacing`` [s] apart, pooled over records.
+    """Give the root mean squares by column of errors (S_i, a), rows ``spacing`` [s] apart, pooled over records.
 
-    Rows that are not a number are left out.
+    Rows with a number that is not finite are left out. ``what`` names the errors in a message.
 
     Raises
     ------
     LogError
         No row is left.
     """
-    squares = [own[np.isfinite(own).all(1)] ** 2 for own in errors]
+    squares = [rows[np.isfinite(rows).all(1)] ** 2 for rows in errors]
     if not any(map(len, squares)):
         raise LogError(
             f"{what}: no passage of the logs is long enough for it, behind {SETTLING:g} s in which the filter settles "
@@ -41,32 +41,33 @@ def bootstrap(
     read: Callable[[Array], Array] = np.asarray,
     after: Callable[[Array], Array] = np.asarray,
 ) -> list[ErrorFigure]:
-    """Give what is read off the means (k,) of values (S_i, k) ``spacing`` [s] apart, with 95 % intervals.
+    """Give a function ``read`` of the means (k,) of values (S_i, k), rows ``spacing`` [s] apart, with 95 % intervals.
 
-    Segments of :data:`heli_identifier.tracing.settings.BLOCK` s are drawn at random. ``after`` is monotonic, and read
-    off their quantiles.
+    Segments of :data:`heli_identifier.tracing.settings.BLOCK` s are drawn at random. ``after`` is a monotonic function
+    that is applied to the result and to the ends of its interval.
     """
     spacings = [spacing] * len(values) if isinstance(spacing, float) else spacing
     totals, lengths = [], []
-    for own, apart in zip(values, spacings, strict=True):
-        if len(own):
-            starts = np.arange(0, len(own), max(1, round(BLOCK / apart)))
-            totals.append(np.add.reduceat(own, starts, axis=0))
-            lengths.append(np.diff([*starts, len(own)]).astype(float))
+    for rows, step in zip(values, spacings, strict=True):
+        if len(rows):
+            starts = np.arange(0, len(rows), max(1, round(BLOCK / step)))
+            totals.append(np.add.reduceat(rows, starts, axis=0))
+            lengths.append(np.diff([*starts, len(rows)]).astype(float))
     total, length = np.concatenate(totals), np.concatenate(lengths)
-    times = np.random.default_rng(0).multinomial(len(total), np.full(len(total), 1.0 / len(total)), DRAWS).astype(float)
-    drawn = read(times @ total / (times @ length)[:, None])
-    found = np.vstack((read(np.concatenate(values).mean(0)), np.quantile(drawn, (0.025, 0.975), axis=0)))
-    return [ErrorFigure(*map(float, column)) for column in after(found).T]
+    random, shares = np.random.default_rng(0), np.full(len(total), 1.0 / len(total))
+    counts = random.multinomial(len(total), shares, DRAWS).astype(float)
+    drawn = read(counts @ total / (counts @ length)[:, None])
+    figures = np.vstack((read(np.concatenate(values).mean(0)), np.quantile(drawn, (0.025, 0.975), axis=0)))
+    return [ErrorFigure(*map(float, column)) for column in after(figures).T]
 
 
 def change_figures(first: Sequence[Array], second: Sequence[Array], spacing: float) -> list[ErrorFigure]:
-    """Root mean squares by axis of the second errors (S, a), ``spacing`` [s] apart, over those of the first, less 1."""
-    pairs = [np.hstack(own) ** 2 for own in zip(first, second, strict=True)]
-    return bootstrap([own[np.isfinite(own).all(1)] for own in pairs], spacing, _rms_ratio)
+    """Give by axis the root mean square of the second errors (S, a) over that of the first, less 1."""
+    squares = [np.hstack(pair) ** 2 for pair in zip(first, second, strict=True)]
+    return bootstrap([rows[np.isfinite(rows).all(1)] for rows in squares], spacing, _rms_ratio)
 
 
 def _rms_ratio(squares: Array) -> Array:
-    """Root mean square of the second half of the columns over that of the first, less 1."""
+    """Give the root of the ratio of the second half of the columns to the first half, less 1."""
     a = squares.shape[-1] // 2
     return np.sqrt(squares[..., a:] / np.maximum(squares[..., :a], 1e-300)) - 1.0

@@ -1,4 +1,4 @@
-"""A check: does a model still explain a new log; its predictions, or a flight that is flown again in closed loop."""
+"""A check whether a model still explains new logs: by its predictions, or by flying a flight again in closed loop."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,32 +14,32 @@ from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import AHEAD, angle_text, to_digits
 from heli_identifier.signatures import check_types
 
-OTHER = 0.2
-"""Root mean square of voltages [V] from which on another controller flew."""
+ANOTHER_CONTROLLER = 0.2
+"""Root mean square [V] of the difference of voltages from which on another controller flew."""
 
 
 @dataclass(frozen=True, repr=False)
 class Check(Tabular):
-    """Errors of a model on new logs, held to limits."""
+    """Errors of a model on new logs, compared with limits."""
 
     outcomes: tuple[Outcome, ...]
     """One per log and axis: ``log``, ``axis``, ``error`` [rad], ``limit`` [rad], ``passed``."""
     not_judged: tuple[str, ...] = ()
-    """Axes that the diagnosis calls not usable: nothing is held to them."""
+    """Axes that the diagnosis calls not usable: their errors have no limit."""
     judged: str = "prediction_1s"
     """The error: `prediction_1s`, `ahead_200ms` where a controller flew, `closed_loop_3s` of a flight flown again."""
     voltages: Mapping[str, float] = field(default_factory=dict)
-    """Of flights flown again by log: root mean square [V] of what the controller asks for along the measured angles
-    less what was logged."""
+    """By log, of flights flown again: root mean square [V] of the controller's voltages along the measured angles less
+    the logged voltages."""
 
     @property
     def passed(self) -> bool:
-        """Whether every axis of every log keeps its limit."""
+        """Whether every axis of every log is within its limit."""
         return all(outcome.passed for outcome in self.outcomes)
 
     @property
     def table(self) -> Table:
-        """Log, axis, error with its 95 % interval, limit, and whether it is kept."""
+        """Log, axis, error with its 95 % interval, limit, and outcome."""
         rows = [
             (o.log, o.axis, angle_text(o.error), to_digits(1e3 * o.limit), "passed" if o.passed else "failed")
             for o in self.outcomes
@@ -50,33 +50,33 @@ class Check(Tabular):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What the error starts from, or how far the controller is from the one that flew."""
-        asks = "along the measured angles the controller asks for other voltages than the logged ones, by"
-        flown = tuple(f"{log}: {asks} {to_digits(own, 2)} V" for log, own in self.voltages.items())
-        unknown = "nothing is known of the air of a new log: the error is larger than the one that a diagnosis reports"
-        return (*flown, *([unknown] if self.judged == "ahead_200ms" else []))
+        """Why the error is larger than a diagnosis reports, or how far the controller is from the one that flew."""
+        difference = "along the measured angles the controller asks for other voltages than the logged ones, by"
+        flown = tuple(f"{log}: {difference} {to_digits(volts, 2)} V" for log, volts in self.voltages.items())
+        air = "nothing is known of the air of a new log: the error is larger than the one that a diagnosis reports"
+        return (*flown, *([air] if self.judged == "ahead_200ms" else []))
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Logs that another controller flew."""
-        said = "the controller is not the one that flew, and the error is not the plant's alone"
-        return tuple(f"{log}: {said}" for log, own in self.voltages.items() if own > OTHER)
+        doubt = "the controller is not the one that flew, and the error is not the plant's alone"
+        return tuple(f"{log}: {doubt}" for log, volts in self.voltages.items() if volts > ANOTHER_CONTROLLER)
 
     def to_dict(self) -> dict[str, Any]:
         """Give the outcome as `heli check --json` prints it; angles in rad."""
         axes = [
             {
-                "log": own.log,
-                "axis": own.axis,
-                f"{self.judged}_rad": own.error.value,
-                "interval": [own.error.low, own.error.high],
-                "limit_rad": own.limit,
-                "passed": own.passed,
+                "log": outcome.log,
+                "axis": outcome.axis,
+                f"{self.judged}_rad": outcome.error.value,
+                "interval": [outcome.error.low, outcome.error.high],
+                "limit_rad": outcome.limit,
+                "passed": outcome.passed,
             }
-            for own in self.outcomes
+            for outcome in self.outcomes
         ]
-        flown = {"voltages_V": dict(self.voltages)} if self.voltages else {}
-        return {"passed": self.passed, "not_judged": list(self.not_judged), "axes": axes, **flown}
+        voltages = {"voltages_V": dict(self.voltages)} if self.voltages else {}
+        return {"passed": self.passed, "not_judged": list(self.not_judged), "axes": axes, **voltages}
 
     def junit(self) -> str:
         """Give the outcome as JUnit XML, one case per log and axis, which CI systems show test by test."""
@@ -93,19 +93,19 @@ def check(
     parameters: ParameterSource,
     factor: float = 1.3,
 ) -> Check:
-    """Hold new logs to the error that a diagnosis found for its corrected model.
+    """Check that a model predicts new logs as well as a diagnosis found for its corrected model.
 
     An axis of a log passes if the root-mean-square error of its 1 s prediction is at most ``factor`` times the error
-    on the held-out logs of the diagnosis, or times the noise floor if that is larger. Where a controller flew, voltages
-    answer the air, and the error .2 s ahead is judged in its place. An axis that the diagnosis calls not usable is not
-    judged.
+    on the held-out logs of the diagnosis, or times the noise floor if that is larger. If a controller flew, the
+    voltages answer the air, and the error .2 s ahead is judged instead. An axis that the diagnosis calls not usable is
+    not judged.
 
     Parameters
     ----------
     logs : Log, path of one, or sequence of them
         Logs of the same rig.
     parameters : ParameterSet, Diagnosis, or path of a parameters.json
-        Of the diagnosis that states the expected error.
+        Those of the diagnosis that states the expected error.
     factor : float
         Error that is allowed, as a multiple of the expected one.
 
@@ -115,9 +115,9 @@ def check(
         The parameters are not those of a plant, come with no error on held-out logs, or have no usable axis; or the
         factor is not positive.
     """
-    own = parameter_set(parameters)
+    expected = parameter_set(parameters)
     used = read_logs(logs)
     if not used:
         raise LogError("no log was given; name at least one.")
-    outcomes = hold_to(own.plant(), own.limits(factor), used, own.judged)
-    return Check(tuple(outcomes), own.axes_for(Use.NOTHING), own.judged)
+    outcomes = hold_to(expected.plant(), expected.limits(factor), used, expected.judged)
+    return Check(tuple(outcomes), expected.axes_for(Use.NOTHING), expected.judged)

@@ -1,6 +1,6 @@
-"""Two diagnoses beside each other: what differs between the plants, and which predicts given logs better.
+"""The comparison of two diagnoses: what differs between the plants, and which of them predicts given logs better.
 
-A parameter has moved where the difference d of two estimates is more than its 95 % interval allows,
+A parameter has moved if the difference d of the two estimates lies outside its 95 % interval,
 |d| > 1.96 sqrt(s_1^2 + s_2^2), with the standard errors s of two diagnoses that share no log.
 """
 
@@ -24,8 +24,8 @@ from heli_identifier.signatures import check_types
 
 
 @dataclass(frozen=True)
-class Compared:
-    """A parameter or a coefficient of both plants; None where a plant does not have it."""
+class ComparedEstimate:
+    """A parameter or a coefficient of both plants; None if a plant does not have it."""
 
     name: str
     first: Estimate | None
@@ -43,7 +43,7 @@ class ComparedError:
     first: ErrorFigure
     second: ErrorFigure
     outcome: str
-    """Which plant is better: that whose interval lies below the other's."""
+    """Which plant is better: the one whose interval lies below the other's."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -51,15 +51,15 @@ class Comparison(Tabular):
     """Two diagnoses, of one rig or of two; the fields are the keys of its document."""
 
     names: tuple[str, str]
-    """What the two are called."""
-    parameters: tuple[Compared, ...]
-    """Of the corrected plants by name, a gain as slope at the median voltage of its logs."""
-    effects: tuple[Compared, ...]
-    """That one of the plants has."""
+    """Names of the two diagnoses."""
+    parameters: tuple[ComparedEstimate, ...]
+    """Of the corrected plants by name; a gain as slope at the median voltage of its logs."""
+    effects: tuple[ComparedEstimate, ...]
+    """Effects that at least one of the plants has."""
     errors: tuple[ComparedError, ...]
     """On the logs that were given."""
     judged: str
-    """Which error: 1 s ahead, `prediction_1s`, or `ahead_200ms` where a controller flew."""
+    """The error that is compared: `prediction_1s`, or `ahead_200ms` if a controller flew the logs of a diagnosis."""
     use: Mapping[str, tuple[str, str]]
     """What each axis may be used for."""
     notes: tuple[str, ...]
@@ -69,24 +69,24 @@ class Comparison(Tabular):
     def moved(self) -> tuple[str, ...]:
         """Parameters and effects that moved by more than their intervals, or that one plant alone has."""
         unmoved = ("given", "within its interval")
-        return tuple(one.name for one in (*self.parameters, *self.effects) if one.outcome not in unmoved)
+        return tuple(entry.name for entry in (*self.parameters, *self.effects) if entry.outcome not in unmoved)
 
     @property
     def table(self) -> Table:
-        """One row a parameter, an effect, the use of an axis, and an error."""
+        """One row per parameter, effect, use of an axis, and error."""
         count = len(self.parameters) + len(self.effects)
         title = f"{len(self.moved)} of {count} parameters and effects differ between {' and '.join(self.names)}"
-        found: list[Sequence[str]] = []
+        rows: list[Sequence[str]] = []
         for group, absent in ((self.parameters, "–"), (self.effects, "not in the plant")):
-            for one in group:
-                shown = (with_interval(e) if e else absent for e in (one.first, one.second))
-                found.append((one.name, *shown, one.outcome))
-        for axis, two in self.use.items():
-            found.append((f"use of the {axis}", *two, "the same" if two[0] == two[1] else "differs"))
+            for entry in group:
+                cells = (with_interval(estimate) if estimate else absent for estimate in (entry.first, entry.second))
+                rows.append((entry.name, *cells, entry.outcome))
+        for axis, uses in self.use.items():
+            rows.append((f"use of the {axis}", *uses, "the same" if uses[0] == uses[1] else "differs"))
         for error in self.errors:
-            what = f"{error.log}, {error.axis} {AHEAD[self.judged]} [mrad]"
-            found.append((what, angle_text(error.first), angle_text(error.second), error.outcome))
-        return Table(title, ("what", *self.names, "outcome"), found)
+            label = f"{error.log}, {error.axis} {AHEAD[self.judged]} [mrad]"
+            rows.append((label, angle_text(error.first), angle_text(error.second), error.outcome))
+        return Table(title, ("what", *self.names, "outcome"), rows)
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -119,21 +119,20 @@ def compare(
     """
     names, documents, plants = zip(*map(_open_diagnosis, (first, second), ("first", "second")), strict=True)
     if names[0] == names[1]:
-        names = tuple(str(own) for own in (first, second))
-    parameters, effects = (
-        tuple(Compared(name, *(pair := (one.get(name), two.get(name))), told_apart(*pair)) for name in {**one, **two})
-        for one, two in (map(of, documents) for of in (_slopes, _in_plant))
-    )
-    judged = "ahead_200ms" if any(own.closed_loop for own in documents) else "prediction_1s"
+        names = (str(first), str(second))
+    judged = "ahead_200ms" if any(document.closed_loop for document in documents) else "prediction_1s"
     used = read_logs(logs)
-    both = (errors_ahead(own.plant(), used, judged) for own in plants if used)
-    errors = [(log, axis, one, two) for (log, axis, one), (_, _, two) in zip(*both, strict=True)]
-    voltages = [f"{own.settings['operating_point']:.3g} V" for own in documents]
+    both = (errors_ahead(plant.plant(), used, judged) for plant in plants if used)
+    errors = [
+        ComparedError(log, axis, old, new, compare_errors(old, new))
+        for (log, axis, old), (_, _, new) in zip(*both, strict=True)
+    ]
+    voltages = [f"{document.settings['operating_point']:.3g} V" for document in documents]
     notes = [
         "Of twenty estimates that are alike, one moves by more than its interval by chance.",
         f"Gains are slopes at the median voltages of the logs, {join_words(voltages)}.",
     ]
-    files, others = ({entry.sha256: entry.file for entry in own.data if entry.sha256} for own in documents)
+    files, others = ({log.sha256: log.file for log in document.data if log.sha256} for document in documents)
     if shared := [files[key] for key in files if key in others]:
         notes.append(
             f"Both diagnoses use {', '.join(shared)}: their estimates are not independent, and the intervals of "
@@ -141,16 +140,22 @@ def compare(
         )
     return Comparison(
         names,
-        parameters,
-        effects,
-        tuple(ComparedError(*own, say_better(*own[2:])) for own in errors),
+        _compare_by_name(*map(_slopes, documents)),
+        _compare_by_name(*map(_plant_effects, documents)),
+        tuple(errors),
         judged,
-        {axis: (str(own.use), str(documents[1].axes[axis].use)) for axis, own in documents[0].axes.items()},
+        {axis: (str(report.use), str(documents[1].axes[axis].use)) for axis, report in documents[0].axes.items()},
         tuple(notes),
     )
 
 
-def told_apart(first: Estimate | None, second: Estimate | None) -> str:
+def _compare_by_name(first: Mapping[str, Estimate], second: Mapping[str, Estimate]) -> tuple[ComparedEstimate, ...]:
+    """Compare the estimates that have the same name, and list those that only one plant has."""
+    pairs = ((name, first.get(name), second.get(name)) for name in {**first, **second})
+    return tuple(ComparedEstimate(name, old, new, compare_estimates(old, new)) for name, old, new in pairs)
+
+
+def compare_estimates(first: Estimate | None, second: Estimate | None) -> str:
     """Say whether an estimate moved by more than its interval, is only in one plant, or was given to both."""
     if first is None or second is None:
         return f"only in the {'second' if first is None else 'first'}"
@@ -160,15 +165,15 @@ def told_apart(first: Estimate | None, second: Estimate | None) -> str:
     return "moved" if abs(second.value - first.value) > 1.96 * error else "within its interval"
 
 
-def say_better(first: ErrorFigure, second: ErrorFigure) -> str:
-    """Say which plant is better: that whose interval lies below the other's."""
+def compare_errors(first: ErrorFigure, second: ErrorFigure) -> str:
+    """Say which plant is better: the one whose interval lies below the other's."""
     if first.high < second.low:
         return "first is better"
     return "second is better" if second.high < first.low else "not told apart"
 
 
 def _open_diagnosis(source: Diagnosis | str | PathLike[str], name: str) -> tuple[str, DiagnosisFile, ParameterSet]:
-    """Give a diagnosis by its name, with its document and the parameters of its plant."""
+    """Give the name of a diagnosis, its document, and the parameters of its plant; ``name`` is that of a value."""
     if isinstance(source, Diagnosis):
         return name, source, corrected_parameters(source)
     folder = Path(source)
@@ -179,12 +184,15 @@ def _open_diagnosis(source: Diagnosis | str | PathLike[str], name: str) -> tuple
 
 
 def _slopes(document: DiagnosisFile) -> dict[str, Estimate]:
-    """Give the parameters of a corrected plant, gains as slopes: at no voltage they follow how the thrust bends."""
+    """Give the parameters of a corrected plant; gains as slopes, since a gain at 0 V depends on the thrust's curve."""
     slopes = {name: document.parameters[name].estimate for name in GAINS if name in document.parameters}
     return {**document.parameters_after, **slopes}
 
 
-def _in_plant(document: DiagnosisFile) -> dict[str, Estimate]:
-    """Give the effects that a corrected plant has and their coefficients; a torque by table has none."""
-    found = (own for own in (*document.effects, *document.possible) if own.in_plant)
-    return {effect_name(own.name, own.axis): own.coefficient for own in found if own.coefficient is not None}
+def _plant_effects(document: DiagnosisFile) -> dict[str, Estimate]:
+    """Give the coefficients of the effects of a corrected plant; a torque by table has none."""
+    return {
+        effect_name(effect.name, effect.axis): effect.coefficient
+        for effect in (*document.effects, *document.possible)
+        if effect.in_plant and effect.coefficient is not None
+    }

@@ -1,4 +1,4 @@
-"""What a diagnosis says, as frozen values, which are its file as well.
+"""The values of a diagnosis; they are frozen, and they are the content of its file as well.
 
 diagnosis.json holds the fields of `DiagnosisFile` and of its parts by their names, and docs/reference/files.md says of
 each what the docstrings here say. A figure that is not finite is null in the file.
@@ -220,7 +220,7 @@ class DiagnosisFile:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Diagnosis(DiagnosisFile):
-    """Everything that one diagnosis found: what its file holds, the plants, and what is drawn."""
+    """The complete result of a diagnosis: the content of its file, the plants, and the data of the figures."""
 
     plant_before: Any
     """The complete parameter sets."""
@@ -241,12 +241,12 @@ class Diagnosis(DiagnosisFile):
     """Shape (K, K): correlations between the catalogue's signatures beside what is in the model."""
 
     def summary(self) -> str:
-        """Give the verdict, the errors before and after, and what has to be kept in mind, as plain text."""
+        """Give the verdict, the errors before and after, and the notes as plain text."""
         return _results().diagnosis_summary(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Give the content of diagnosis.json; docs/reference/files.md describes it."""
-        return _results().to_plain({own.name: getattr(self, own.name) for own in fields(DiagnosisFile)})
+        return _results().to_plain({entry.name: getattr(self, entry.name) for entry in fields(DiagnosisFile)})
 
     def write(self, folder: str | PathLike[str], rig: str = "rig") -> Path:
         """Write diagnosis.json, report.html, parameters.json and the corrected HelicopterPlant.fmu, all or nothing.
@@ -284,7 +284,7 @@ class Diagnosis(DiagnosisFile):
 
 
 def _results() -> Any:
-    """Give the door of this room, whose other modules show and write these values."""
+    """Give this package; its other modules show and write these values."""
     import heli_identifier.results
 
     return heli_identifier.results

@@ -1,10 +1,10 @@
-"""The files of results: JSON that types check, and folders that are complete or not changed at all.
+"""The files of results: JSON that is checked by types, and folders that are written completely or not at all.
 
-A JSON file is a frozen value whose fields are the file's keys; what is not finite is null in it.
+A JSON file is a frozen value whose fields are the file's keys; a number that is not finite is null in it.
 
-A folder is written into a hidden one beside the target first. Only when the last file is done are the files moved to
-their places, each by one rename; should a rename fail, those before it are taken back. Files of other names that the
-target already holds stay as they are. A link is followed. Nothing but a regular file is ever replaced.
+Files are first written into a hidden folder beside the target. When the last file is complete, each file is moved to
+its place by one rename. If a rename fails, the renames before it are undone. Files of other names in the target do not
+change. A link is followed. Only regular files are replaced.
 """
 
 import json
@@ -28,13 +28,13 @@ LARGEST_MB = 50.0
 """Size up to which a document is read [MB]; it has some kilobytes."""
 
 _SWEPT = 4
-"""Folders from the target upwards in which an earlier run may have left a draft, before the target was there."""
+"""Number of folders, from the target upwards, in which an earlier run may have left a draft."""
 
 File = TypeVar("File")
 
 
 def to_plain(value: Any) -> Any:
-    """Give a value as JSON can hold it: objects, lists, plain numbers, and null for what is not finite."""
+    """Give a value as JSON can hold it: objects, lists, plain numbers, and null for numbers that are not finite."""
     text = json.dumps(msgspec.to_builtins(value, enc_hook=_convert))  # escapes names of files that are no UTF-8
     return json.loads(text, parse_constant=lambda not_finite: None)
 
@@ -53,9 +53,9 @@ def document_text(document: Any) -> str:
 
 
 def read_document(path: str | PathLike[str], kind: type[File]) -> File:
-    """Read a JSON file of results into the value that it holds.
+    """Read a JSON file of results into a value of a ``kind``.
 
-    A ConfigurationError names the file, and the entry that is missing, there twice, of the wrong type or not finite.
+    A ConfigurationError names the file, and the entry that is missing, given twice, of the wrong type or not finite.
     """
     file, name = Path(path), (kind.__doc__ or "").partition(":")[0]
     advice = f"; `heli diagnose` writes a {name}"
@@ -67,10 +67,10 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
     schema = content.get("schema") if isinstance(content, dict) else None
     (expected,) = get_args(get_type_hints(kind)["schema"])
     if schema != expected:
-        older = isinstance(schema, str) and schema.partition("/")[0] == expected.partition("/")[0]
-        way = " of another version of this program: run `heli diagnose` again" if older else ""
+        is_older_version = isinstance(schema, str) and schema.partition("/")[0] == expected.partition("/")[0]
+        remedy = " of another version of this program: run `heli diagnose` again" if is_older_version else ""
         raise ConfigurationError(
-            f"{path} must hold an object of schema {expected!r}, its schema is {shortened(schema)}{way}."
+            f"{path} must hold an object of schema {expected!r}, its schema is {shortened(schema)}{remedy}."
         )
     for entry, number in numbers_of(content):  # Python reads NaN, Infinity and 1e999
         if not isfinite(number):
@@ -82,22 +82,22 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
 
 
 def damage_error(path: str | PathLike[str], fault: str) -> ConfigurationError:
-    """Give the error of a file with a fault in it."""
+    """Give the error for a file with a fault."""
     return ConfigurationError(f"{path} is damaged: {fault}; write it again with `heli diagnose` or `heli identify`.")
 
 
 def _refuse_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Refuse a key that stands twice in one object; JSON would keep the last without a word."""
-    found: dict[str, Any] = {}
+    """Refuse an object that has a key twice; JSON would silently keep the last one."""
+    entries: dict[str, Any] = {}
     for key, value in pairs:
-        if key in found:
+        if key in entries:
             raise ValueError(f"the key {key!r} stands there twice; keep one")
-        found[key] = value
-    return found
+        entries[key] = value
+    return entries
 
 
 def numbers_of(value: Any, above: str = "") -> Iterator[tuple[str, float]]:
-    """Give the numbers of a document that are no integers, behind the keys that lead to them."""
+    """Give the floating-point numbers of a document, each with the keys that lead to it."""
     if isinstance(value, float):
         yield above, value
     entries = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
@@ -114,8 +114,8 @@ def _read_array(_: type, value: Any) -> Any:
 
 
 def _describe_fault(content: Any, kind: type, error: msgspec.ValidationError) -> str:
-    """Name the entry of a document that is of another type, its value, and what was expected."""
-    said, _, path = str(error).partition(" - at `$")
+    """Name the entry of a document that has the wrong type, its value, and what was expected."""
+    fault, _, path = str(error).partition(" - at `$")
     value, keys = content, []
     for key in path.rstrip("`").replace("[...]", ".?").replace("[", ".").replace("]", "").split(".")[1:]:
         if isinstance(value, list):
@@ -125,11 +125,11 @@ def _describe_fault(content: Any, kind: type, error: msgspec.ValidationError) ->
             value = value[key]
         keys.append(key)
     entry = f"{'.'.join(keys)} = {shortened(value)}: " if keys else ""
-    return f"{entry}{said[:1].lower()}{said[1:]}"
+    return f"{entry}{fault[:1].lower()}{fault[1:]}"
 
 
 def _faulty_key(content: Any, kind: type, value: dict[str, Any]) -> str:
-    """Which key of ``value``, a part of ``content``, is refused: msgspec does not say it. The others are taken out."""
+    """Find the key of ``value``, a part of ``content``, that is refused, by leaving only one key in at a time."""
     for key, item in list(value.items()):
         value.clear()
         value[key] = item
@@ -142,14 +142,14 @@ def _faulty_key(content: Any, kind: type, value: dict[str, Any]) -> str:
 
 @contextmanager
 def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a folder to write into; what it holds is moved to ``target`` if the block ends without an exception.
+    """Give a folder to write into; its files are moved to ``target`` if the block ends without an exception.
 
-    A target that is no folder, or cannot be written to, is a ConfigurationError before the block runs, so that no long
-    computation ends in vain. A file that cannot be written in it is an OSError that names the file in the target.
+    A target that is no folder or cannot be written to raises a ConfigurationError before the block runs, so that no
+    long computation is lost. A file that cannot be written raises an OSError that names the file in the target.
     """
     refuse(not os.fspath(target), "the output folder has no name; name one, or '.' for the working folder.")
     folder = Path(os.path.realpath(target))
-    # what is still a link after realpath is a link to itself
+    # a path that is still a link after realpath is a link to itself
     existing = next(path for path in (folder, *folder.parents) if path.exists() or path.is_symlink())
     is_file = not existing.is_dir()
     refuse(is_file, f"{existing} is a file, a folder is needed there; name another output folder.")
@@ -157,14 +157,15 @@ def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
         try:
             draft = stack.enter_context(draft_folder(existing))
         except OSError as error:
-            said = f"{existing} cannot be written to: {error.strerror}; name another folder."
-            raise ConfigurationError(said) from error
+            raise ConfigurationError(
+                f"{existing} cannot be written to: {error.strerror}; name another folder."
+            ) from error
         for above in (folder, *folder.parents)[:_SWEPT]:
             sweep(above, draft.stat().st_mtime)
         try:
             yield draft
         except OSError as error:
-            raise _of_target(error, draft, Path(target)) from error
+            raise _name_in_target(error, draft, Path(target)) from error
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -173,18 +174,18 @@ def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def write_files(folder: Path, contents: Mapping[str, Any]) -> tuple[str, ...]:
-    """Write files by their names, text and bytes as they are and other values as JSON; give the names."""
+    """Write files by their names: text and bytes as they are, other values as JSON; give the names."""
     for name, content in contents.items():
         write_atomically(folder / name, content if isinstance(content, str | bytes) else document_text(content))
     return tuple(contents)
 
 
-def _of_target(error: OSError, draft: Path, target: Path) -> OSError:
-    """Give an error of a file in the draft, which is gone when it is read, with the name that the file was to have."""
-    named = Path(str(error.filename))
-    if draft not in named.parents:
+def _name_in_target(error: OSError, draft: Path, target: Path) -> OSError:
+    """Give an error that names a file of the draft, which is deleted by then, with the file's name in the target."""
+    file = Path(str(error.filename))
+    if draft not in file.parents:
         return error
-    parts = (part for part in named.relative_to(draft).parts if not part.startswith(PREFIX))
+    parts = (part for part in file.relative_to(draft).parts if not part.startswith(PREFIX))
     return OSError(error.errno, error.strerror, str(target.joinpath(*parts)))
 
 
@@ -197,19 +198,20 @@ def _move_all(draft: Path, folder: Path) -> None:
         foreign = place.exists() and not place.is_file()
         refuse(foreign, f"{place} is {kind} and is not replaced by a file of results; {advice}")
         refuse(is_kept(place), f"{place} is read by this command and not written over; {advice}")
-    replaced = draft / ".replaced"
-    replaced.mkdir()
-    taken_back = ExitStack()
-    with undo_at_end(taken_back.close):
+    old_files = draft / ".replaced"
+    old_files.mkdir()
+    undo = ExitStack()
+    with undo_at_end(undo.close):
         try:
             for file, place in moves:
                 if place.exists():
-                    os.link(place, replaced / file.name)  # the old file stays until the new one replaces it
-                    taken_back.callback((replaced / file.name).replace, place)
+                    os.link(place, old_files / file.name)  # the old file stays until the new one replaces it
+                    undo.callback((old_files / file.name).replace, place)
                 else:
-                    taken_back.callback(place.unlink, missing_ok=True)
+                    undo.callback(place.unlink, missing_ok=True)
                 file.replace(place)
         except OSError as error:
-            said = f"{folder} cannot be written to: {error.strerror}; nothing was changed."
-            raise ConfigurationError(said) from error
-        taken_back.pop_all()
+            raise ConfigurationError(
+                f"{folder} cannot be written to: {error.strerror}; nothing was changed."
+            ) from error
+        undo.pop_all()

@@ -1,4 +1,4 @@
-"""A first look at logs: who flew, what moved, and which gains of the plant these logs determine."""
+"""A first look at logs: who flew, what moved, and which gains of the plant they determine."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -26,10 +26,10 @@ _ORIGINS = {
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Look(Tabular):
-    """What logs of one rig can tell of its plant."""
+    """What logs of one rig say about its plant."""
 
     identification: tracing.Identification
-    """Plant, names and reports behind the table."""
+    """Plant, named effects and reports behind the table."""
     movement: Mapping[str, float]
     """Root mean square of every axis's motion in all logs [encoder counts]."""
 
@@ -41,13 +41,13 @@ class Look(Tabular):
 
     @property
     def effects(self) -> tuple[tracing.FoundEffect, ...]:
-        """Effects as a diagnosis states them: what is established, then what is possible."""
+        """Effects as a diagnosis states them: established ones, then possible ones."""
         established, possible = self.identification.effects
         return (*established, *possible)
 
     @property
     def table(self) -> Table:
-        """Who flew, and one row an axis; intervals are of 95 %."""
+        """Who flew, and one row per axis; intervals are of 95 %."""
         rows = [
             (axis, f"{to_digits(counts, 2)} counts", GAIN_OF[axis], *gain_cells(self.gains.get(GAIN_OF[axis])))
             for axis, counts in self.movement.items()
@@ -57,30 +57,30 @@ class Look(Tabular):
 
     @property
     def lines(self) -> tuple[str, str, str]:
-        """Give :func:`look_lines` of these logs; to fly next is what a diagnosis would say."""
-        found, references = self.identification, self.identification.references
-        ranked = rank_experiments(found.parameters, self.effects, found.catalogue)
+        """Give :func:`look_lines` of these logs; the experiment is the one that a diagnosis would recommend."""
+        identified, references = self.identification, self.identification.references
+        ranked = rank_experiments(identified.parameters, self.effects, identified.catalogue)
         names, experiment = join_words(references.names), next((text for _, text in ranked), "")
         return look_lines(references.closed_loop, names, self.movement, self.gains, experiment)
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """Reasons, what is established, what was accepted as a reference, and what to fly."""
+        """Reasons, effects, accepted references, and the experiment to fly next."""
         lines = [f"{name}: {report.determination}; {report.why}" for name, report in self.gains.items()]
-        for word, own in zip(("established", "possible, no finding"), self.identification.effects, strict=True):
-            named = [f"{effect_words(effect)} ({effect.score:.0f} nats, {effect.verdict})" for effect in own]
-            lines += [f"{word}: {', '.join(named)}"] if named else []
-        of_logs = [
-            f"{e.log}: left out {e.start_in_file:.2f} to {e.end_in_file:.2f} s of the file, something other than the "
-            f"plant acts on the {e.axis}"
-            for e in self.identification.events
+        for kind, effects in zip(("established", "possible, no finding"), self.identification.effects, strict=True):
+            named = [f"{effect_words(effect)} ({effect.score:.0f} nats, {effect.verdict})" for effect in effects]
+            lines += [f"{kind}: {', '.join(named)}"] if named else []
+        log_notes = [
+            f"{event.log}: left out {event.start_in_file:.2f} to {event.end_in_file:.2f} s of the file, something "
+            f"other than the plant acts on the {event.axis}"
+            for event in self.identification.events
         ]
-        of_logs += self.identification.references.notes
-        return (*lines, *typeset_notes(of_logs), self.lines[2].partition("; ")[2])
+        log_notes += self.identification.references.notes
+        return (*lines, *typeset_notes(log_notes), self.lines[2].partition("; ")[2])
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What puts the gains in doubt."""
+        """Reasons to doubt the gains."""
         return tuple(typeset_notes(self.identification.notes))
 
     def to_dict(self) -> dict[str, Any]:
@@ -94,8 +94,8 @@ class Look(Tabular):
                 "operating_point_v": self.identification.plant.likelihood.rig.operating_point,
                 "gains": self.gains,
                 "effects": [
-                    {"name": own.name, "axis": own.axis, "score": own.score, "verdict": own.verdict}
-                    for own in self.effects
+                    {"name": effect.name, "axis": effect.axis, "score": effect.score, "verdict": effect.verdict}
+                    for effect in self.effects
                 ],
                 "notes": (*references.notes, *self.identification.notes),
             }
@@ -112,27 +112,29 @@ def look_lines(
     """Say in three lines who flew and what moved the rig, how far each axis moved, and what each gain rests on."""
     flown = "A controller flew" if closed_loop else "Open loop"
     moved = join_words([f"the {axis} by {to_digits(counts, 2)}" for axis, counts in movement.items()])
-    of = {base: [name for name, own in reports.items() if own.determination is base] for base in tracing.Determination}
-    said = ", ".join(f"{join_words(names)} ({base})" for base, names in of.items() if names)
+    gains = []
+    for base in tracing.Determination:
+        if names := [name for name in GAINS if name in reports and reports[name].determination is base]:
+            gains.append(f"{join_words(names)} ({base})")
     return (
         f"{flown}; moved from outside: {references or 'nothing that these logs show'}.",
         f"Root mean square of the motion in encoder counts: {moved}.",
-        f"Gains: {said or 'none is known'}; "
+        f"Gains: {', '.join(gains) or 'none is known'}; "
         + (f"to fly next: {experiment}" if experiment else "nothing is missing for the gains."),
     )
 
 
 def diagnosis_lines(diagnosis: Diagnosis, training: Sequence[Log]) -> tuple[str, str, str]:
-    """Give :func:`look_lines` of a diagnosis and its training logs; to fly next is what its report says."""
+    """Give :func:`look_lines` of a diagnosis and its training logs; the experiment is the one of its report."""
     counts = np.array(diagnosis.settings["counts"], dtype=float)
-    gains = {name: diagnosis.parameters[name] for name in GAINS if name in diagnosis.parameters}
     origins = join_words([_ORIGINS[part] for part in diagnosis.references.split(" and ") if part in _ORIGINS])
     experiment = next((text for _, text in experiments_of(diagnosis)), "")
-    return look_lines(diagnosis.closed_loop, origins, _rms_movement(training, 2.0 * np.pi / counts), gains, experiment)
+    movement = _rms_movement(training, 2.0 * np.pi / counts)
+    return look_lines(diagnosis.closed_loop, origins, movement, diagnosis.parameters, experiment)
 
 
 def _rms_movement(logs: Sequence[Log], resolution: Sequence[float] | np.ndarray) -> dict[str, float]:
-    """Root mean square of every axis's motion in all logs [encoder counts]; ``resolution`` is that of a count [rad]."""
+    """Give the root mean square of every axis's motion in all logs [counts]; ``resolution`` is a count [rad]."""
     squares = np.sum([((log.angles - log.angles.mean(0)) ** 2).sum(0) for log in logs], axis=0)
     counts = np.sqrt(squares / sum(log.samples for log in logs)) / np.asarray(resolution)
     return dict(zip(AXES, map(float, counts), strict=True))
@@ -157,6 +159,6 @@ def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfigurati
         Nothing is excited, or an axis stands still in a log.
     """
     used = read_logs(logs)
-    known = configuration or common_configuration(used) or RigConfiguration()
-    found = tracing.identify_plant(used, tracing.DiagnosisSettings.from_rig(known))
-    return Look(found, _rms_movement(used, found.plant.likelihood.rig.resolution))
+    rig = configuration or common_configuration(used) or RigConfiguration()
+    identified = tracing.identify_plant(used, tracing.DiagnosisSettings.from_rig(rig))
+    return Look(identified, _rms_movement(used, identified.plant.likelihood.rig.resolution))

@@ -1,7 +1,7 @@
 """parameters.json: parameters of a unit by structured name, and the error that is expected of them.
 
-``heli build --parameters`` takes the values as start values of the unit, ``heli check`` compares a new log's prediction
-error with what is expected, and what draws plants draws them with the covariance.
+``heli build --parameters`` takes the values as start values of the unit. ``heli check`` compares the prediction error
+of a new log with the expected one. Plants are drawn with the covariance.
 """
 
 from collections.abc import Mapping
@@ -30,13 +30,13 @@ from heli_plant.parameters import BY_FIELD, BY_NAME, PARAMETERS, PlantParameters
 
 PLANT = "HelicopterPlant"
 
-REQUIRED = (*(BY_FIELD[own].name for own in ModelParameters._fields), "motor.time_constant", "motor.voltage_limit")
-"""Structured names of what makes a plant of a rig; the plant's defaults for them are those of another rig."""
+REQUIRED = (*(BY_FIELD[name].name for name in ModelParameters._fields), "motor.time_constant", "motor.voltage_limit")
+"""Structured names of the parameters that every plant must state; their defaults belong to another rig."""
 
 
 @dataclass(frozen=True)
 class Expectation:
-    """What to expect of one axis."""
+    """The expected errors of one axis."""
 
     prediction_1s_rad: ErrorFigure
     """Root-mean-square error of the 1 s prediction on the held-out logs."""
@@ -106,82 +106,85 @@ class ParameterSet(Tabular):
             raise ConfigurationError(f"{error}.") from error
 
     def check_unit(self, unit: str) -> None:
-        """Refuse parameters of another unit, or of a plant that lack some: a ConfigurationError."""
+        """Refuse parameters of another unit, and those of a plant that are not complete: a ConfigurationError."""
         refuse(self.unit != unit, f"these are parameters of the {self.unit}, those of the {unit} are needed.")
         self.check_complete()
 
     def check_complete(self, where: str = "") -> None:
-        """Refuse a plant some of whose :data:`REQUIRED` parameters would be defaults: a ConfigurationError."""
+        """Refuse a plant without some of the :data:`REQUIRED` parameters: a ConfigurationError."""
         missing = ", ".join(name for name in REQUIRED if name not in self.values) if self.unit == PLANT else ""
-        said = f"{where}the plant's parameters lack {missing}; values of another rig are not taken for them."
-        refuse(bool(missing), said)
+        message = f"{where}the plant's parameters lack {missing}; values of another rig are not taken for them."
+        refuse(bool(missing), message)
 
     def axes_for(self, *uses: Use) -> tuple[str, ...]:
-        """Give the axes of which the diagnosis says one of these uses."""
+        """Give the axes that have one of these uses."""
         return tuple(axis for axis, expected in self.expected.items() if expected.use in uses)
 
     @property
     def uses(self) -> str:
-        """What the diagnosis says the axes may be used for; empty where none says it."""
+        """What the axes may be used for according to the diagnosis; empty without a diagnosis."""
         return uses_text({axis: expected.use for axis, expected in self.expected.items()})
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What every result from these parameters has to say: axes that the diagnosis does not call fit for control."""
-        words = {Use.PREDICTION: "can be used for prediction only, not for control", Use.NOTHING: "cannot be used"}
+        """Warnings for every result of these parameters: axes that the diagnosis does not call fit for control."""
+        sentences = {Use.PREDICTION: "can be used for prediction only, not for control", Use.NOTHING: "cannot be used"}
         return tuple(
-            f"the {', the '.join(axes)} of this plant {said}; diagnosis.json says why and what to fly"
-            for use, said in words.items()
+            f"the {', the '.join(axes)} of this plant {sentence}; diagnosis.json says why and what to fly"
+            for use, sentence in sentences.items()
             if (axes := self.axes_for(use))
         )
 
     @property
     def drawn_from_prior(self) -> str:
-        """What to say of plants that are drawn; empty where the logs determine every parameter."""
-        free = self.covariance.not_determined if self.covariance else ()
-        return f"the logs do not determine {join_words(free)}: drawn from what is plausible for any rig" if free else ""
+        """Note for plants that are drawn; empty if the logs determine every parameter."""
+        unknown = self.covariance.not_determined if self.covariance else ()
+        note = f"the logs do not determine {join_words(unknown)}: drawn from what is plausible for any rig"
+        return note if unknown else ""
 
     @property
     def judged(self) -> str:
-        """The error by which a new log is judged: .2 s ahead where a controller flew, else 1 s ahead."""
-        closed = self.expected and all(own.ahead_200ms_rad is not None for own in self.expected.values())
+        """The error by which a new log is judged: .2 s ahead if a controller flew, else 1 s ahead."""
+        closed = self.expected and all(expected.ahead_200ms_rad is not None for expected in self.expected.values())
         return "ahead_200ms" if closed else "prediction_1s"
 
     def limits(self, factor: float) -> dict[str, float]:
-        """Give the largest error [rad] of the prediction :attr:`judged` that every usable axis may have.
+        """Give the largest allowed error [rad], of the kind :attr:`judged`, of every usable axis.
 
-        It is ``factor`` times the error on the held-out logs, or 1 s ahead times the noise floor if that is larger;
-        .2 s ahead times the largest error on any log of the diagnosis.
-        ConfigurationError if an axis has no such error, or no axis is usable.
+        1 s ahead it is ``factor`` times the error on the held-out logs, or times the noise floor if that is larger;
+        .2 s ahead it is ``factor`` times the largest error on any log of the diagnosis. A ConfigurationError is raised
+        if an axis has no such error, or no axis is usable.
         """
         require_positive("factor", factor, "1")
         missing = ", ".join(axis for axis in AXES if axis not in self.expected)
-        wanted = "so nothing can be held to it; take the parameters.json of a diagnosis."
-        refuse(bool(missing), f"these parameters state no expected error of {missing}, {wanted}")
-        found = {}
-        for axis, own in self.expected.items():
-            far, near = max(own.prediction_1s_rad.value, own.noise_floor_rad), own.ahead_200ms_rad or 0.0
-            if own.use is not Use.NOTHING:
-                found[axis] = factor * (far if self.judged == "prediction_1s" else near)
-        refuse(not found, "the diagnosis calls no axis of these parameters usable: nothing is held to it.")
-        return found
+        remedy = "so nothing can be held to it; take the parameters.json of a diagnosis."
+        refuse(bool(missing), f"these parameters state no expected error of {missing}, {remedy}")
+        limits = {}
+        for axis, expected in self.expected.items():
+            error = max(expected.prediction_1s_rad.value, expected.noise_floor_rad)
+            if self.judged == "ahead_200ms":
+                error = expected.ahead_200ms_rad or 0.0
+            if expected.use is not Use.NOTHING:
+                limits[axis] = factor * error
+        refuse(not limits, "the diagnosis calls no axis of these parameters usable: nothing is held to it.")
+        return limits
 
     @property
     def table(self) -> Table:
         """Name, value with its 95 % interval, and unit of every parameter."""
         title = f"Parameters of the {self.unit} (± the half-width of the 95 % interval)"
-        rows = [(name, with_interval(own, unit=False), unit_text(own.unit)) for name, own in self.values.items()]
+        rows = [(name, with_interval(e, unit=False), unit_text(e.unit)) for name, e in self.values.items()]
         return Table(title, ("parameter", "value", "unit"), rows)
 
     def write(self, path: str | PathLike[str]) -> Path:
-        """Write a parameters.json; gives its path."""
+        """Write a parameters.json; give its path."""
         return write_atomically(path, document_text(self))
 
 
 def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate]) -> dict[str, Estimate]:
-    """Give what makes up a plant by structured name: the base model, the effects that are on with shapes, its tables.
+    """Give the parameters of a plant by structured name: base model, active effects with their shapes, tables.
 
-    ``estimates`` has the standard errors by field, of those that were estimated.
+    ``estimates`` has the standard errors by field of the parameters that were estimated.
     """
     on = {
         field
@@ -190,82 +193,83 @@ def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate])
         for field in (effect.field, *(shape.field for shape in effect.shapes))
     }
     values = {}
-    for row in PARAMETERS:
-        group, _, name = row.name.partition(".")
+    for parameter in PARAMETERS:
+        group, _, name = parameter.name.partition(".")
         used = {
-            "effects": row.field in on,
+            "effects": parameter.field in on,
             "general": parameters.general_model > 0.5,
             "table": group == "table" and getattr(parameters, f"table_variable_{name.partition('.')[0]}") > 0.5,
         }
         if used.get(group, True):
-            error = estimates[row.field].standard_error if row.field in estimates else None
-            values[row.name] = Estimate(getattr(parameters, row.field), error, row.unit)
+            error = estimates[parameter.field].standard_error if parameter.field in estimates else None
+            values[parameter.name] = Estimate(getattr(parameters, parameter.field), error, parameter.unit)
     return values
 
 
 def corrected_parameters(diagnosis: Diagnosis) -> ParameterSet:
-    """Give the parameters after a diagnosis, with the errors that its held-out logs found."""
+    """Give the parameters of the corrected plant of a diagnosis, with its errors on the held-out logs."""
     estimates = {**diagnosis.parameters_after, **diagnosis.effects_after}
-    near, expected = diagnosis.ahead_200ms, {}
-    for axis, own in diagnosis.axes.items():
-        far, floor = own.after.prediction_1s, own.noise_floor.prediction_1s.value
-        expected[axis] = Expectation(far, floor, own.use, near.get(axis))
+    expected = {}
+    for axis, report in diagnosis.axes.items():
+        floor, ahead_200ms = report.noise_floor.prediction_1s.value, diagnosis.ahead_200ms.get(axis)
+        expected[axis] = Expectation(report.after.prediction_1s, floor, report.use, ahead_200ms)
     values = plant_values(diagnosis.plant_after, estimates)
     return ParameterSet(PLANT, values, expected, diagnosis.provenance, _covariance(diagnosis, values))
 
 
 def _covariance(diagnosis: Diagnosis, values: Mapping[str, Estimate]) -> Covariance:
-    """Give the covariance with gains by logarithm; a lag that is no finding is part of the time constant."""
+    """Give the covariance, gains by logarithm; a motor lag that is no finding belongs to the time constant."""
     reports, fields = diagnosis.parameters, diagnosis.covariance_fields
-    names = [BY_FIELD[own].name for own in fields]
+    names = [BY_FIELD[name].name for name in fields]
     if (lag := BY_FIELD["motor_lag_rotors"].name) in names and lag not in values:
         names[names.index(lag)] = BY_FIELD["T_m"].name
-    kept = [i for i, name in enumerate(names) if name in values]
-    gains = {i: reports[own].estimate.value for i, own in enumerate(fields) if own in GAINS}
-    scale = np.array([gains.get(i, 1.0) for i in kept])
-    unknown = {own for own, report in reports.items() if report.determination is Determination.NOT_DETERMINED}
+    rows = [i for i, name in enumerate(names) if name in values]
+    gains = {i: reports[name].estimate.value for i, name in enumerate(fields) if name in GAINS}
+    scale = np.array([gains.get(i, 1.0) for i in rows])
+    not_determined = {name for name, report in reports.items() if report.determination is Determination.NOT_DETERMINED}
     return Covariance(
-        tuple(names[i] for i in kept),
-        tuple(names[i] for i in kept if i in gains),
+        tuple(names[i] for i in rows),
+        tuple(names[i] for i in rows if i in gains),
         float(diagnosis.settings["operating_point"]),
-        diagnosis.covariance[np.ix_(kept, kept)] / np.outer(scale, scale),
-        tuple(names[i] for i in kept if fields[i] in unknown),
+        diagnosis.covariance[np.ix_(rows, rows)] / np.outer(scale, scale),
+        tuple(names[i] for i in rows if fields[i] in not_determined),
     )
 
 
 def draw_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[dict[str, float]]:
-    """Draw a plant's parameters that have standard errors from a normal law, kept in their ranges, by structured name.
+    """Draw the parameters that have standard errors from a normal distribution, within their ranges, by name.
 
-    Those of a diagnosis are drawn with their joint covariance, gains by the logarithm of their slope at its operating
-    point and a curve of the thrust in what the thrust is linear in. Others are drawn independently, so that intervals
-    of figures that depend on several of them may be too wide or too narrow.
+    Parameters of a diagnosis are drawn with their joint covariance: gains by the logarithm of their slope at the
+    operating point, and the curve of the thrust in a coordinate in which the thrust is linear. Other parameters are
+    drawn independently; intervals of figures that depend on several of them may then be too wide or too narrow.
     """
-    plant, known, random = parameters.plant(), parameters.covariance, np.random.default_rng(seed)
-    if known is None:
+    plant, joint, random = parameters.plant(), parameters.covariance, np.random.default_rng(seed)
+    if joint is None:
         errors = {name: e.standard_error for name, e in parameters.values.items() if e.standard_error}
-        moves = random.standard_normal((count, len(errors))) * list(errors.values())
-        return [_clip({n: parameters.values[n].value + d for n, d in zip(errors, move, strict=True)}) for move in moves]
-    rig = tracing.helicopter([Log("hover", 1.0, np.full((2, 2), known.operating_point_v), np.zeros((2, 3)))])
-    variances, axes = np.linalg.eigh(known.matrix)
-    moves = random.standard_normal((count, len(known.names))) @ (axes * np.sqrt(np.maximum(variances, 0.0))).T
-    now = {name: rig.read(plant, BY_NAME[name].field) for name in known.names}
+        means = np.array([parameters.values[name].value for name in errors])
+        rows = means + random.standard_normal((count, len(errors))) * list(errors.values())
+        return [_clip(dict(zip(errors, row, strict=True))) for row in rows.tolist()]
+    rig = tracing.helicopter([Log("hover", 1.0, np.full((2, 2), joint.operating_point_v), np.zeros((2, 3)))])
+    variances, axes = np.linalg.eigh(joint.matrix)
+    moves = random.standard_normal((count, len(joint.names))) @ (axes * np.sqrt(np.maximum(variances, 0.0))).T
+    fields, logarithms = ([BY_NAME[name].field for name in names] for names in (joint.names, joint.logarithms))
+    values = {field: rig.read(plant, field) for field in fields}
     curve = rig.coordinate(tracing.CURVE, plant)
 
-    def moved(name: str, d: float) -> float:
-        value = now[name]
-        if name in known.logarithms:
-            return value * exp(d)
-        if BY_NAME[name].field != tracing.CURVE:
-            return value + d
+    def moved_value(field: str, change: float) -> float:
+        value = values[field]
+        if field in logarithms:
+            return value * exp(change)
+        if field != tracing.CURVE:
+            return value + change
         low, high = curve.bounds
-        return curve.value(min(max(curve.coordinate(value) + d / curve.slope(value), low), high))
+        return curve.value(min(max(curve.coordinate(value) + change / curve.slope(value), low), high))
 
     drawn = []
     for move in moves.tolist():
-        own = rig.assign(
-            plant, {BY_NAME[name].field: moved(name, d) for name, d in zip(known.names, move, strict=True)}
-        )
-        drawn.append(_clip({name: getattr(own, BY_NAME[name].field) for name in known.names}))
+        moved = {field: moved_value(field, change) for field, change in zip(fields, move, strict=True)}
+        drawn_plant = rig.assign(plant, moved)
+        drawn.append(_clip({name: getattr(drawn_plant, BY_NAME[name].field) for name in joint.names}))
     return drawn
 
 

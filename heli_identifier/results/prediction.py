@@ -1,15 +1,15 @@
-"""One model along one record: its filter, its predictions, and a record that it makes itself.
+"""One model along one record: its filter, its predictions, and a record that it simulates itself.
 
-From every start t_i, :data:`SPACING` apart, the plant runs on under the measured inputs; its error is
+From every start t_i, :data:`SPACING` apart, the plant is simulated under the measured inputs. Its error is
 
     e_ij = y_j(t_i + H) - y_hat_j(t_i + H | t_i),    j an axis.
 
-For H = .1 and .2 s it starts from the state of the filter, the torque of the air included, which then decays by its own
-dynamics. For H = 1 and 2 s it starts from angles and rates of a local cubic over .4 s (Savitzky and Golay 1964), which
-knows no model, and the air is left out. Where a controller flies, the measured inputs answer the air within 1 s: these
-two figures are no predictions there, and decide nothing.
+For H = .1 and .2 s it starts from the state of the filter. This state includes the torque of the air, which then decays
+by its own dynamics. For H = 1 and 2 s it starts from angles and rates of a local cubic over .4 s (Savitzky and Golay
+1964), which needs no model, and without a torque of the air. Under a controller the measured inputs answer the air
+within 1 s: the figures of 1 and 2 s are then no predictions, and decide nothing.
 
-One compiled loop serves all: a filter whose gains are zero is the plant alone, and its innovations are its errors.
+One compiled loop serves all cases: a filter with zero gains is the plant alone, and its innovations are its errors.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -29,18 +29,20 @@ from heli_identifier.tracing.rig import Array, Parameters, Record
 from heli_identifier.tracing.settings import BLOCK, PER_LOG, SETTLING
 
 SPACING = 0.25
-"""Time [s] from one prediction's start to the next: those that overlap fail together."""
+"""Time [s] from one prediction's start to the next; errors of predictions that overlap are correlated."""
 
 SMOOTHING = 0.4
 """Length [s] of the local cubics that a prediction starts from: they keep .99 of a motion at 1 Hz."""
 
-FLOWN, ROUND, SETTLED = 3.0, 0.2, 1e-4
-"""Lengths [s] of the stretches that plant and controller fly again, and of the blocks in which their loop is closed,
-and the change of the voltages [V] at which a block is found."""
+STRETCH = 3.0
+"""Length [s] of the stretches that plant and controller fly again."""
+
+LOOP_BLOCK, LOOP_TOLERANCE = 0.2, 1e-4
+"""Length [s] of the blocks in which the loop is solved, and the last change of the voltages [V] of a solved block."""
 
 FROM_FILTER: Mapping[str, float] = {"ahead_100ms": 0.1, "ahead_200ms": 0.2}
 FROM_MOTION: Mapping[str, float] = {"prediction_1s": 1.0, "prediction_2s": 2.0}
-"""How far ahead [s] each figure looks that starts from the filter's state, and from the smoothed motion."""
+"""Horizon [s] of each figure: of those that start from the filter's state, and from the smoothed motion."""
 
 HORIZONS = {**FROM_FILTER, **FROM_MOTION}
 
@@ -49,7 +51,7 @@ _NO_SINES, _NO_MOTION = np.empty((0, 4)), np.empty((0, 6))
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A plant with the noise of its training logs: air z (5, a), r (a,) [rad], the logs' spread tau (5a,)."""
+    """A plant with the noise of its training logs: air z (5, a), encoders (a,) [rad], the logs' spread tau (5a,)."""
 
     rig: Rig
     parameters: Parameters
@@ -59,10 +61,10 @@ class Model:
 
     @classmethod
     def of(cls, fitted: Fit) -> "Model":
-        """Take plant and noise from a fit; the encoder's resolution is the noise where no sample of an axis counted.
+        """Take plant and noise from a fit; an axis without a counted sample has the noise of its encoder's resolution.
 
-        A torque that is periodic in time is no part of the plant, as its phase in another log is not known: the air is
-        fitted once more without it.
+        A torque that is periodic in time does not belong to the plant, because its phase in another log is not known:
+        the air is fitted once more without it.
         """
         likelihood = fitted.likelihood
         if fitted.point.harmonics:
@@ -72,7 +74,7 @@ class Model:
 
     @classmethod
     def alone(cls, rig: Rig, parameters: Parameters) -> "Model":
-        """Take a plant without a fit: the air is that of any rig before a log is seen."""
+        """Take a plant without a fit; its air is the prior's, which holds for any rig."""
         a = len(rig.axes)
         return cls(rig, parameters, np.zeros((SHAPES, a)), rig.resolution / np.sqrt(12.0), np.repeat(PER_LOG, a))
 
@@ -85,12 +87,12 @@ class Model:
         return self.encoder_noise * np.sqrt([axis.S for axis in self.filters(step)])
 
     def noise(self, record: Record, seed: int) -> tuple[Array, Array]:
-        """Draw what a record of its own has: torque of the air [rad/s^2] and errors of the encoders [rad], (N, a).
+        """Draw the torque of the air [rad/s^2] and the errors of the encoders [rad] of a simulated record, (N, a).
 
         The torque x+ = F x + w is stationary from its first sample.
         """
-        random, own, columns = np.random.default_rng(seed), self.filters(record.step), []
-        for axis, level in zip(own, self.rig.air(self.z)[0] * self.encoder_noise, strict=True):
+        random, axes, columns = np.random.default_rng(seed), self.filters(record.step), []
+        for axis, level in zip(axes, self.rig.air(self.z)[0] * self.encoder_noise, strict=True):
             F = axis.F
             values, vectors = np.linalg.eigh(np.eye(2) - F @ F.T)
             w = random.standard_normal((record.samples, 2))
@@ -98,24 +100,24 @@ class Model:
             poles = [1.0, -np.trace(F), np.linalg.det(F)]
             d = lfilter([1.0, -F[1, 1]], poles, w[:, 0]) + lfilter([0.0, F[0, 1]], poles, w[:, 1])
             columns.append(level * d)
-        errors = np.column_stack([axis.encoder_error(record.samples, random) for axis in own])
+        errors = np.column_stack([axis.encoder_error(record.samples, random) for axis in axes])
         return np.column_stack(columns), self.encoder_noise * errors
 
     def run(
         self, record: Record, K: Array, torque: Array, first: int, last: int, carry: Array | None
     ) -> tuple[Array, Array]:
-        """Run over samples of a record under gains ``K``: the state behind the last of them, and the innovations.
+        """Filter some samples of a record with gains ``K``; give the state after them, and the innovations.
 
-        ``torque`` [rad/s^2] acts beside the air, constant (a,) or one row a sample (N, a).
+        ``torque`` [rad/s^2] acts in addition to the air: constant (a,), or a row per sample (N, a).
         """
         e = np.empty((last - first, len(self.rig.axes)))
         state = None if carry is None else carry.copy()
-        found = self.rig.filter(record, self.parameters, K, torque, _NO_SINES, first, last, state, e, _NO_MOTION)
-        return found, e
+        after = self.rig.filter(record, self.parameters, K, torque, _NO_SINES, first, last, state, e, _NO_MOTION)
+        return after, e
 
 
 Passage = tuple[int, int, Array | None]
-"""Samples of a record in which predictions lie, and the filter's state (21,) before the first of them."""
+"""First sample of a passage that holds predictions, the sample after it, and the filter's state (21,) before it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,19 +129,23 @@ class Run:
     aligned: Record
     """The record with the log's own start and zeros, along which the filter runs."""
     offset: Array
-    pushes: Sequence[float]
-    """Sizes [rad/s^2] of the torques of :attr:`.Record.pushes`."""
+    torque: Array
+    """Torque [rad/s^2] in addition to the air: the offset (a,), or (N, a) if the record has pushes."""
     passages: Sequence[Passage]
-    """The filter settles in each of them before the first prediction starts."""
+    """In each of them the filter settles before the first prediction starts."""
 
     @classmethod
     def along(
         cls, model: Model, record: Record, offset: Array, aligned: Record | None = None, pushes: Sequence[float] = ()
     ) -> "Run":
-        """Run on from the start of a record; predictions lie outside of what it leaves out."""
-        whole, within = cls(model, record, aligned or record, offset, pushes, ()), record.clear
-        states = whole.states([first for first, _ in within])
-        return replace(whole, passages=[(*own, state) for own, state in zip(within, states, strict=True)])
+        """Run a model's filter along a record; predictions lie in its clear passages.
+
+        ``pushes`` are the sizes [rad/s^2] of the torques of :attr:`.Record.pushes`.
+        """
+        run = cls(model, record, aligned or record, offset, record.torque(offset, pushes), ())
+        states = run.states([first for first, _ in record.clear])
+        passages = [(first, last, state) for (first, last), state in zip(record.clear, states, strict=True)]
+        return replace(run, passages=passages)
 
     @cached_property
     def gains(self) -> Array:
@@ -151,13 +157,8 @@ class Run:
         """Innovations [rad] of the whole record, shape (N, a)."""
         return self.model.run(self.aligned, self.gains, self.torque, 0, self.record.samples, None)[1]
 
-    @cached_property
-    def torque(self) -> Array:
-        """Torque [rad/s^2] beside the air, (a,), or (N, a) where there are pushes."""
-        return self.record.torque(self.offset, self.pushes)
-
     def states(self, samples: Iterable[int], first: int = 0, state: Array | None = None) -> list[Array]:
-        """Give the filter's states before samples in ascending order, from that before the ``first``."""
+        """Give the filter's states before samples in ascending order; ``state`` is that before the ``first`` sample."""
         found = list[Array]()
         for sample in samples:
             state, _ = self.model.run(self.aligned, self.gains, self.torque, first, sample, state)
@@ -167,11 +168,11 @@ class Run:
 
     @cached_property
     def starts(self) -> list[tuple[int, int, Array]]:
-        """Samples at which predictions start, those before which they have to end, and the filter's states before."""
+        """Of each prediction: its first sample, the end of its passage, and the filter's state before it."""
         h, found = self.record.step, list[tuple[int, int, Array]]()
         for first, last, state in self.passages:
             at = range(first + round(SETTLING / h), last - round(1.0 / h), max(1, round(SPACING / h)))
-            found += [(k, last, own) for k, own in zip(at, self.states(at, first, state), strict=True)]
+            found += [(k, last, before) for k, before in zip(at, self.states(at, first, state), strict=True)]
         return found
 
     @cached_property
@@ -186,18 +187,18 @@ class Run:
         return np.hstack([local_cubic(y, h, SMOOTHING, order)[self.at] for order in (0, 1)])
 
     def measured(self, seconds: float) -> Array:
-        """Angles (S, a) [rad] so long after the starts; not a number where the passage ends before."""
-        n, gone = round(seconds / self.record.step), np.full(len(self.offset), np.nan)
-        later = [self.record.angles[k + n] if k + n < last else gone for k, last, _ in self.starts]
-        return np.array(later).reshape(-1, len(gone))
+        """Give the angles (S, a) [rad] so long after the starts; not a number if the passage ends before."""
+        n, unknown = round(seconds / self.record.step), np.full(len(self.offset), np.nan)
+        later = [self.record.angles[k + n] if k + n < last else unknown for k, last, _ in self.starts]
+        return np.array(later).reshape(-1, len(unknown))
 
     def errors(self) -> dict[str, Array]:
-        """Give the errors (S, a) [rad] of the figures; not a number where the passage ends before."""
+        """Give the errors (S, a) [rad] of the figures; not a number if the passage ends before."""
         K, rig = self.gains.copy(), self.model.rig
-        K[:, :4] = 0.0  # the air decays, nothing corrects
+        K[:, :4] = 0.0  # the air decays, and no innovation corrects the state
         states = [state for _, _, state in self.starts]
-        placed = [rig.placed(state, own) for state, own in zip(states, self.motion, strict=True)]
-        # the state before the innovation at t_i is one step ahead of the corrected state before it
+        placed = [rig.placed(state, motion) for state, motion in zip(states, self.motion, strict=True)]
+        # the filter's state before a sample is predicted from the sample before it: one step less is left
         near = self._ahead(self.aligned, states, K, self.offset, FROM_FILTER, -1)
         return near | self._ahead(self.record, placed, rig.still, np.zeros_like(self.offset), FROM_MOTION, 0)
 
@@ -205,49 +206,51 @@ class Run:
         self, record: Record, states: Sequence[Array], K: Array, torque: Array, horizons: Mapping[str, float],
         shift: int,
     ) -> dict[str, Array]:  # fmt: skip
-        """Run on from every start; the errors (S, a) at each horizon, ``shift`` samples later."""
+        """Simulate from every start; give the errors (S, a) at each horizon, ``shift`` samples later."""
         steps = {name: max(round(H / record.step), 1) + shift for name, H in horizons.items()}
-        found = {name: np.full((len(states), len(torque)), np.nan) for name in horizons}
+        errors = {name: np.full((len(states), len(torque)), np.nan) for name in horizons}
         for i, ((k, last, _), state) in enumerate(zip(self.starts, states, strict=True)):
             _, e = self.model.run(record, K, torque, k, min(k + max(steps.values()) + 1, last), state)
             for name, ahead in steps.items():
-                found[name][i] = e[ahead] if ahead < len(e) else np.nan
-        return found
+                errors[name][i] = e[ahead] if ahead < len(e) else np.nan
+        return errors
 
     def fly_again(self, seconds: float, laws: Sequence[Controller] = ()) -> tuple[list[int], Array]:
-        """Let plant and controller fly stretches from the measured motion: first samples, and errors (S, n, a) [rad].
+        """Let plant and controller fly stretches from the measured motion; first samples, errors (S, n, a) [rad].
 
-        The simulated voltages are the measured ones less what the controller's laws answer to delta, the simulated less
-        the measured angles: what came from outside stays, and feedback cannot flatter the plant. delta and the voltages
-        of each block of :data:`ROUND` s are found in turns, which is exact after one more than it has
-        samples, as a voltage moves later angles only, and close to it after a few. Without ``laws`` the voltages are
-        the measured ones.
+        The simulated voltages are the measured ones plus the answer of the controller's laws to delta, the simulated
+        less the measured angles. What came from outside stays in the voltages, and feedback cannot flatter the plant.
+        delta and the voltages of each block of :data:`LOOP_BLOCK` s are computed in turns. A voltage moves later angles
+        only, so the result is exact after one turn more than the block has samples, and close after a few. Without
+        ``laws`` the voltages are the measured ones.
         """
         record, rig, length = self.record, self.model.rig, round(seconds / self.record.step)
-        block, calm = max(1, round(ROUND / record.step)), np.zeros_like(self.offset)
-        firsts, errors, free = list[int](), list[Array](), 0
+        block, no_torque = max(1, round(LOOP_BLOCK / record.step)), np.zeros_like(self.offset)
+        firsts, errors, end = list[int](), list[Array](), 0
         for (first, last, carry), motion in zip(self.starts, self.motion, strict=True):
-            if first < free or last - first < length:
+            if first < end or last - first < length:
                 continue
-            free, state, e = first + length, rig.placed(carry, motion), np.zeros((length, len(calm)))
+            end, state, e = first + length, rig.placed(carry, motion), np.zeros((length, len(no_torque)))
             flown = replace(record, inputs=record.inputs.copy())
             for done in range(0, length, block):
-                rows = slice(first + done, min(first + done + block, free))
+                rows = slice(first + done, min(first + done + block, end))
                 for _ in range(block + 1):
-                    after, e[done : done + block] = self.model.run(flown, rig.still, calm, rows.start, rows.stop, state)
-                    asked = record.inputs[rows] + answer_deviation(laws, -e[: done + block], record.step)[done:]
-                    moved = float(np.abs(asked - flown.inputs[rows]).max())
-                    flown.inputs[rows] = asked
-                    if not moved > SETTLED:
+                    after, e[done : done + block] = self.model.run(
+                        flown, rig.still, no_torque, rows.start, rows.stop, state
+                    )
+                    voltages = record.inputs[rows] + answer_deviation(laws, -e[: done + block], record.step)[done:]
+                    change = float(np.abs(voltages - flown.inputs[rows]).max())
+                    flown.inputs[rows] = voltages
+                    if not change > LOOP_TOLERANCE:
                         break
                 state = after
             firsts.append(first)
             errors.append(e)
-        return firsts, np.array(errors).reshape(-1, length, len(calm))
+        return firsts, np.array(errors).reshape(-1, length, len(no_torque))
 
 
 def answer_deviation(laws: Sequence[Controller], delta: Array, h: float) -> Array:
-    """Voltages (n, 2) [V] with which laws answer angles that differ by ``delta`` (n, a) [rad]."""
+    """Give the voltages (n, 2) [V] with which laws answer angles that differ by ``delta`` (n, a) [rad]."""
     volts = np.zeros((len(delta), 2))
     for law in laws:
         volts += 0.5 * law.answer(delta, h)[:, None] * np.array([1.0, CHANNELS[law.channel][0]])
@@ -255,22 +258,22 @@ def answer_deviation(laws: Sequence[Controller], delta: Array, h: float) -> Arra
 
 
 def simulate_record(run: Run, seed: int = 0) -> Run | None:
-    """Let a plant make a record of its own, and run its filter along it; None if the record is too short.
+    """Let a plant simulate a record with drawn noise, and run its filter along it; None if the record is too short.
 
-    The record is made in pieces of SETTLING + BLOCK = 6 s under the measured inputs, each begun at the rig's own
-    motion: in another air these inputs no longer hold the plant where it was, and the errors ahead depend on where it
-    is. A piece ends where it runs away from the rig by half a turn.
+    The record is simulated in pieces of SETTLING + BLOCK = 6 s under the measured inputs. Each piece starts at the
+    rig's measured motion: in another air these inputs do not keep the plant at its place, and the errors ahead depend
+    on the place. A piece ends where it differs from the rig by half a turn.
     """
     model, record, settle = run.model, run.aligned, round(SETTLING / run.record.step)
     length = min(round((SETTLING + BLOCK) / record.step), record.samples - settle)
-    (torque, noise), made, passages = model.noise(record, seed), record.angles.copy(), list[Passage]()
-    blank, firsts = replace(record, angles=np.zeros_like(made)), range(settle, record.samples - length + 1, length)
+    (torque, noise), angles, passages = model.noise(record, seed), record.angles.copy(), list[Passage]()
+    blank, firsts = replace(record, angles=np.zeros_like(angles)), range(settle, record.samples - length + 1, length)
     for k, state in zip(firsts, run.states(firsts), strict=True):
-        state[-3 * len(run.offset) :] = 0.0  # the air is drawn
-        _, minus = model.run(blank, model.rig.still, run.offset + torque, k, k + length, state)
-        away = ~(np.abs(minus + record.angles[k : k + length]) < np.pi).all(1)  # not a number is away, too
+        state[-3 * len(run.offset) :] = 0.0  # the filter's air: another one is drawn
+        _, minus_angles = model.run(blank, model.rig.still, run.offset + torque, k, k + length, state)
+        away = ~(np.abs(minus_angles + record.angles[k : k + length]) < np.pi).all(1)  # not a number counts as away
         count = int(away.argmax()) if away.any() else length
-        made[k : k + count] = -minus[:count]
+        angles[k : k + count] = -minus_angles[:count]
         passages.append((k, k + count, state))
-    own = replace(record, angles=made + noise)
-    return Run(model, own, own, run.offset, run.pushes, passages) if passages else None
+    simulated = replace(record, angles=angles + noise)
+    return Run(model, simulated, simulated, run.offset, run.torque, passages) if passages else None

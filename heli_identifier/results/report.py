@@ -1,7 +1,7 @@
-"""The files of a diagnosis; report.html is one page that fetches nothing, read in ten seconds, with details folded.
+"""The files of a diagnosis. report.html is one page that loads nothing else; its details are folded.
 
-First the verdict, a card per axis, measured and predicted motion, what is in the plant, what was left out, and the one
-experiment that would settle most. The same parts, without their page, are what a notebook shows.
+The page begins with the verdict, a card per axis, measured and predicted motion, the effects in the plant, those left
+out, and the experiment that would answer most questions. A notebook shows the same parts without the page.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,7 +27,7 @@ RESULTS = ("diagnosis.json", "report.html", "parameters.json", "HelicopterPlant.
 """Files of a diagnosis."""
 
 NATIVE_PLANT = "HelicopterPlant-native.fmu"
-"""File of the corrected plant in C, where it is asked for."""
+"""File of the corrected plant in C."""
 
 TEMPLATES = Environment(
     loader=PackageLoader("heli_identifier.results"), autoescape=True, undefined=StrictUndefined, auto_reload=False
@@ -37,58 +37,60 @@ TEMPLATES.globals |= {"tables": tables, "words": words}
 PAGES = TEMPLATES.overlay(
     finalize=lambda value: words.typeset(value) if isinstance(value, str) and not hasattr(value, "__html__") else value
 )
-"""The templates of pages, whose prose is typeset; markup stays as it is, as do files of programs."""
+"""The templates of pages: their texts are typeset, their markup is not. Other files are not typeset."""
 
 CONFUSED = 0.7
-"""Correlation of two signatures from which the logs hardly tell the effects apart."""
+"""Correlation of two signatures from which on the logs hardly separate the two effects."""
 
 LAGS = 50
 """Lags up to which the autocorrelation of innovations is drawn."""
 
 WEIGHTS = {"unusable": 100, "gain": 4, "effect": 2, "bound": 1}
-"""What an experiment is worth that settles the gain of an axis that is not usable, another gain, a found or possible
-effect, an effect that is not testable."""
+"""Weight of an experiment by what it would determine: the gain of an axis that is not usable, another gain, a found or
+possible effect, an effect that is not testable."""
 
 
 def write_results(diagnosis: Diagnosis, rig: str, folder: Path, native: bool = False) -> None:
-    """Write the files of a diagnosis into ``folder``; ``rig`` is what the report calls the rig.
+    """Write the files of a diagnosis into ``folder``; ``rig`` is the name of the rig in the report.
 
-    The plant, in Python and if it is asked for in C (``native``), is held to the reported free run.
+    The free run of the plant's unit, and of that in C (``native``), has to be the reported one.
     """
     parameters = corrected_parameters(diagnosis)
     if native:
         from fmu_src.native import runs_here
 
-        in_c = build(PLANT, folder, parameters, native=True).rename(folder / NATIVE_PLANT)
+        native_unit = build(PLANT, folder, parameters, native=True).rename(folder / NATIVE_PLANT)
         if runs_here():
-            check_free_run(in_c, diagnosis)
+            check_free_run(native_unit, diagnosis)
     check_free_run(build(PLANT, folder, parameters), diagnosis)
     page = report_page(diagnosis, rig)
     write_files(folder, {"parameters.json": parameters, "report.html": page, "diagnosis.json": diagnosis.to_dict()})
 
 
 def report_page(diagnosis: Diagnosis, rig: str) -> str:
-    """Give the text of report.html; ``rig`` is what it calls the rig."""
-    own = {
-        "residuals": [part for series in diagnosis.series for part in _residuals(diagnosis, series)],
-        "confused": list(_confused_pairs(diagnosis)),
-    }
-    head = {"title": f"Diagnosis of {rig}", "provenance": diagnosis.provenance}
-    return render("report.html.j2", **head, **own, **_parts(diagnosis))
+    """Give the text of report.html; ``rig`` is the name of the rig in it."""
+    return render(
+        "report.html.j2",
+        title=f"Diagnosis of {rig}",
+        provenance=diagnosis.provenance,
+        residuals=[part for series in diagnosis.series for part in _residuals(diagnosis, series)],
+        confused=list(_confused_pairs(diagnosis)),
+        **_parts(diagnosis),
+    )
 
 
 def render(template: str, **parts: Any) -> str:
-    """Give the text of a template, such as a page, which fetches nothing, with what it shows."""
+    """Fill in a template, such as that of a page, and give its text."""
     return (PAGES if ".html" in template else TEMPLATES).get_template(template).render(**parts)
 
 
 def notebook_view(diagnosis: Diagnosis) -> str:
-    """Give the HTML of a diagnosis, without script and style sheet, to be set into a page of any theme."""
+    """Give the HTML of a diagnosis, without script and style sheet, for a notebook of any theme."""
     return render("notebook.html.j2", **_parts(diagnosis))
 
 
 def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Give what page and notebook show, without markup but for figures and tables."""
+    """Give the parts that page and notebook share; only figures and tables contain markup."""
     return {
         "diagnosis": diagnosis,
         "sentence": words.verdict_line(diagnosis),
@@ -96,7 +98,7 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
         "of_logs": tuple(f"{name}:" for entry in diagnosis.data for name in (entry.file, Path(entry.file).stem)),
         "cards": [_axis_card(diagnosis, axis, report) for axis, report in diagnosis.axes.items()],
         "overlay": _draw_overlay(diagnosis),
-        "found": [_effect_facts(diagnosis, number) for number, own in enumerate(diagnosis.effects) if own.in_plant],
+        "found": [_effect_facts(diagnosis, k) for k, effect in enumerate(diagnosis.effects) if effect.in_plant],
         "experiments": [
             f"{text} It would settle: {words.join_words(what)}." for what, text in experiments_of(diagnosis)
         ],
@@ -104,33 +106,34 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _axis_card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]:
-    """Give the card of an axis: its use in one word, the change of its error, its gain."""
+    """Give the card of an axis: its use, the change of its error, its gain."""
     name, field = tables.GAIN_OF[axis], words.leading_error(diagnosis)
     change = report.change.get(field)
-    kind = {-1: "better", 0: "same", 1: "worse"}[words.change_of(report, field)]
-    word = "no clear change" if kind == "same" else kind
-    said = "{} ({} to {})".format(*map(words.percent, (change.value, change.low, change.high))) if change else ""
-    found, symbol = diagnosis.parameters.get(name), BY_FIELD[name].symbol
-    if found is None:
+    kind = {-1: "better", 0: "same", 1: "worse"}[words.change_direction(report, field)]
+    change_word = "no clear change" if kind == "same" else kind
+    interval = "{} ({} to {})".format(*map(words.percent, (change.value, change.low, change.high))) if change else ""
+    gain_report, symbol = diagnosis.parameters.get(name), BY_FIELD[name].symbol
+    if gain_report is None:
         gain = f"{symbol} = {words.with_interval(diagnosis.parameters_after[name])}, given"
-    elif found.determination is tracing.Determination.NOT_DETERMINED:
-        gain = f"{symbol} is not determined: {found.why}. {f'To fly: {found.experiment}' if found.experiment else ''}"
+    elif gain_report.determination is tracing.Determination.NOT_DETERMINED:
+        to_fly = f"To fly: {gain_report.experiment}" if gain_report.experiment else ""
+        gain = f"{symbol} is not determined: {gain_report.why}. {to_fly}"
     else:
-        volts = words.to_digits(diagnosis.settings["operating_point"])
-        gain = f"{symbol} = {words.with_interval(found.estimate)} (slope at {volts} V), {found.determination}"
+        value, volts = words.with_interval(gain_report.estimate), words.to_digits(diagnosis.settings["operating_point"])
+        gain = f"{symbol} = {value} (slope at {volts} V), {gain_report.determination}"
     usable = report.use is not Use.NOTHING
-    over = f"usable for {report.use}".replace("prediction", f"prediction over {words.horizon(diagnosis)}")
-    errors = [words.to_digits(1e3 * getattr(stage, field).value) for stage in (report.before, report.after)]
+    use = f"usable for {report.use}".replace("prediction", f"prediction over {words.horizon(diagnosis)}")
+    errors = [words.to_digits(1e3 * getattr(errors_of, field).value) for errors_of in (report.before, report.after)]
     return {
-        "axis": axis, "use": over if usable else str(report.use), "fit": report.use.name.lower(),
-        "kind": kind, "change": f"{word}: {said}" if change else word,
+        "axis": axis, "use": use if usable else str(report.use), "fit": report.use.name.lower(),
+        "kind": kind, "change": f"{change_word}: {interval}" if change else change_word,
         "errors": f"error {words.AHEAD[field]}: {errors[0]} to {errors[1]} mrad", "gain": gain.strip(),
         "why": "" if usable else f"not usable: {report.why}",
     }  # fmt: skip
 
 
 def _draw_overlay(diagnosis: Diagnosis) -> str:
-    """Draw the measured motion of the first held-out log, and what the plant before and after makes of its voltages."""
+    """Draw the measured motion of the first held-out log, and the motion of the plants before and after."""
     series, panels = diagnosis.series[0], []
     before, after, time = series.free_run_before, series.free_run_after, series.log.time
     if series.stretches:
@@ -138,23 +141,23 @@ def _draw_overlay(diagnosis: Diagnosis) -> str:
         time = np.arange(len(after), dtype=np.float64) * series.residual_step
     for index, axis in enumerate(AXES):
         measured = series.log.angles[:, index]
-        middle, reach = 0.5 * (measured.min() + measured.max()), 0.75 * max(np.ptp(measured), 1e-3)
-        own = Axes(f"{axis} [rad]", 120.0, (middle - reach, middle + reach))
-        own.line(series.log.time, measured, "measured", "measured", 2.4)
-        own.line(time, before[:, index], "before", "model before", 1.0)
-        own.line(time, after[:, index], "after", "plant after", 1.2)
-        own.spans = [
+        centre, half_height = 0.5 * (measured.min() + measured.max()), 0.75 * max(np.ptp(measured), 1e-3)
+        panel = Axes(f"{axis} [rad]", 120.0, (centre - half_height, centre + half_height))
+        panel.line(series.log.time, measured, "measured", "measured", 2.4)
+        panel.line(time, before[:, index], "before", "model before", 1.0)
+        panel.line(time, after[:, index], "after", "plant after", 1.2)
+        panel.spans = [
             (event.start_in_file - series.log.start, event.end_in_file - series.log.start)
             for event in series.events
             if event.axis == axis
         ]
-        panels.append(own)
-    said = f"Measured motion of {series.log.name}, and that of the model before and the plant"
-    return figure(panels, "time [s]", said, 1100.0)
+        panels.append(panel)
+    description = f"Measured motion of {series.log.name}, and that of the model before and the plant"
+    return figure(panels, "time [s]", description, 1100.0)
 
 
 def _effect_facts(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
-    """Give facts and figure of an effect of the plant."""
+    """Give facts and figure of the effect of this ``number``."""
     effect = diagnosis.effects[number]
     facts = []
     if effect.coefficient is not None:
@@ -162,7 +165,8 @@ def _effect_facts(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
         facts += [("coefficient", words.with_interval(effect.coefficient)), ("law", words.law_text(entry.law))]
         facts.append(("source", entry.source))
     if isinstance(effect.shape, tracing.NamedShape):
-        facts += [(name.replace("_", " "), words.with_interval(own)) for name, own in effect.shape.parameters.items()]
+        shapes = effect.shape.parameters
+        facts += [(name.replace("_", " "), words.with_interval(value)) for name, value in shapes.items()]
     else:
         facts += [("description", effect.shape.description), ("plant", f"table.{effect.axis}.*")]
     facts.append(("score", words.score_text(effect, diagnosis.settings)))
@@ -171,34 +175,34 @@ def _effect_facts(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
     if effect.alternatives:
         rivals = words.join_words([words.effect_name(*other) for other in effect.alternatives], "or")
         facts.append(("as likely", f"{rivals}: explains these logs about as well"))
-    earlier = sum((own.name, own.axis) == (effect.name, effect.axis) for own in diagnosis.effects[:number])
-    curves = [own for own in diagnosis.curves if own.name == effect.name and effect.axis in (own.axis, "rotors")]
-    drawn, axis = "", curves[earlier].axis if earlier < len(curves) else effect.axis
+    earlier = sum((other.name, other.axis) == (effect.name, effect.axis) for other in diagnosis.effects[:number])
+    curves = [c for c in diagnosis.curves if c.name == effect.name and effect.axis in (c.axis, "rotors")]
+    drawing, axis = "", curves[earlier].axis if earlier < len(curves) else effect.axis
     if axis in diagnosis.axes and diagnosis.axes[axis].use is Use.NOTHING:
         facts.append(("figure", f"none: the {axis} of the plant is not usable"))
     elif earlier < len(curves):
-        drawn = _law_figure(curves[earlier], words.effect_title(effect))
+        drawing = _law_figure(curves[earlier], words.effect_title(effect))
     return {
         "title": words.effect_title(effect), "verdict": effect.verdict, "kind": effect.verdict.name.lower(),
-        "facts": facts, "figure": drawn,
+        "facts": facts, "figure": drawing,
     }  # fmt: skip
 
 
 def _law_figure(curve: tracing.EffectCurve, title: str) -> str:
-    """Draw the law over the torque that the plant without it leaves, averaged over bins of its variable."""
+    """Draw the law, and the torque that the plant without it does not explain, averaged over bins of its variable."""
     x, y, low, high = curve.curve.T
-    own = Axes("torque/inertia [mrad/s²]")
-    own.band(x, 1e3 * low, 1e3 * high, "95 % band")
-    own.line(x, 1e3 * y, "after", "law", 2.0)
+    panel = Axes("torque/inertia [mrad/s²]")
+    panel.band(x, 1e3 * low, 1e3 * high, "95 % band")
+    panel.line(x, 1e3 * y, "after", "law", 2.0)
     if len(curve.points):
-        own.points(curve.points[:, 0], 1e3 * curve.points[:, 1], "measured", "data")
+        panel.points(curve.points[:, 0], 1e3 * curve.points[:, 1], "measured", "data")
     label = words.label_with_unit(tracing.variable_name(curve.variable), curve.unit)
-    return figure([own], label, f"{title}: the law with its band over what the training logs show")
+    return figure([panel], label, f"{title}: the law with its band over what the training logs show")
 
 
 def experiments_of(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
-    """Give the experiments of a diagnosis as :func:`rank_experiments` does."""
-    unusable = [tables.GAIN_OF[axis] for axis, own in diagnosis.axes.items() if own.use is Use.NOTHING]
+    """Rank the experiments that a diagnosis asks for, as :func:`rank_experiments` does."""
+    unusable = [tables.GAIN_OF[axis] for axis, report in diagnosis.axes.items() if report.use is Use.NOTHING]
     effects = (*diagnosis.effects, *diagnosis.possible)
     return rank_experiments(diagnosis.parameters, effects, diagnosis.catalogue, unusable)
 
@@ -207,55 +211,55 @@ def rank_experiments(
     parameters: Mapping[str, tracing.ParameterReport], effects: Sequence[tracing.FoundEffect],
     catalogue: Sequence[tracing.CatalogueVerdict], unusable: Sequence[str] = (),
 ) -> list[tuple[list[str], str]]:  # fmt: skip
-    """Give every experiment that would help with what it would settle, the most valuable first.
+    """Give every experiment that would help, with what it would determine, the most valuable first.
 
-    ``unusable`` are the gains of axes that the plant cannot be used on.
+    ``unusable`` are the gains of the axes that are not usable.
     """
-    worth: dict[str, int] = {}
-    settles: dict[str, list[str]] = {}
+    weights: dict[str, int] = {}
+    determines: dict[str, list[str]] = {}
 
-    def ask(experiment: str, kind: str, what: str) -> None:
+    def add(experiment: str, kind: str, what: str) -> None:
         if experiment:
-            worth[experiment] = worth.get(experiment, 0) + WEIGHTS[kind]
-            settles.setdefault(experiment, []).append(what)
+            weights[experiment] = weights.get(experiment, 0) + WEIGHTS[kind]
+            determines.setdefault(experiment, []).append(what)
 
     for name, report in parameters.items():
         if report.determination is not tracing.Determination.OUTSIDE:
             kind = "unusable" if name in unusable else "gain" if name in tables.GAIN_OF.values() else "effect"
-            ask(report.experiment, kind, words.meaning(name))
+            add(report.experiment, kind, words.meaning(name))
     for effect in effects:
-        ask(effect.experiment, "effect", words.effect_words(effect))
+        add(effect.experiment, "effect", words.effect_words(effect))
     for entry in catalogue:
         if entry.verdict == tracing.Verdict.NOT_TESTABLE:
-            ask(entry.experiment, "bound", words.effect_name(entry.name, entry.axis))
-    return [(settles[text], text) for text in sorted(worth, key=lambda text: -worth[text])]
+            add(entry.experiment, "bound", words.effect_name(entry.name, entry.axis))
+    return [(determines[text], text) for text in sorted(weights, key=lambda text: -weights[text])]
 
 
 def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[str, str, list[str]]]:
-    """Give every axis, whether its innovations are white, and figures of their spectrum and autocorrelation."""
+    """Give of every axis its name, the test for white innovations, and figures of spectrum and autocorrelation."""
     for index, axis in enumerate(AXES):
-        spectrum, memory = Axes("innovations [1/Hz]", logarithmic=True), Axes("autocorrelation")
+        spectrum, autocorrelation = Axes("innovations [1/Hz]", logarithmic=True), Axes("autocorrelation")
         for label, values in (("before", series.residual_before[:, index]), ("after", series.residual_after[:, index])):
             frequency, power = welch(values, 1.0 / series.residual_step, nperseg=min(1024, len(values)))
             spectrum.line(frequency[1:], power[1:], label, label)
             centred = values - values.mean()
-            memories = correlate(centred, centred)[len(values) :][:LAGS] / max(float(centred @ centred), 1e-300)
-            memory.line(np.arange(1, LAGS + 1) * series.residual_step, memories, label, label)
+            values_by_lag = correlate(centred, centred)[len(values) :][:LAGS] / max(float(centred @ centred), 1e-300)
+            autocorrelation.line(np.arange(1, LAGS + 1) * series.residual_step, values_by_lag, label, label)
         bound = np.full(2, 1.96 / np.sqrt(len(series.residual_after)))
-        memory.band(np.array([0.0, LAGS * series.residual_step]), -bound, bound, "95 % of white noise")
-        p = diagnosis.axes[axis].whiteness_p["after"]
-        told = words.p_text(p) if p is not None and p >= 0.0 else "no sample counts"
-        white = f"Ljung-Box test of white innovations: {told}."
-        said = f"of the innovations of the {axis} on {series.log.name}, before and after"
-        drawn = [
-            figure([spectrum], "frequency [Hz]", f"Power spectral density {said}", log_x=True),
-            figure([memory], "lag [s]", f"Autocorrelation {said}"),
+        autocorrelation.band(np.array([0.0, LAGS * series.residual_step]), -bound, bound, "95 % of white noise")
+        p_value = diagnosis.axes[axis].whiteness_p["after"]
+        result = words.p_text(p_value) if p_value is not None and p_value >= 0.0 else "no sample counts"
+        white = f"Ljung-Box test of white innovations: {result}."
+        subject = f"of the innovations of the {axis} on {series.log.name}, before and after"
+        figures = [
+            figure([spectrum], "frequency [Hz]", f"Power spectral density {subject}", log_x=True),
+            figure([autocorrelation], "lag [s]", f"Autocorrelation {subject}"),
         ]
-        yield axis.capitalize(), white, drawn
+        yield axis.capitalize(), white, figures
 
 
 def _confused_pairs(diagnosis: Diagnosis) -> Iterator[str]:
-    """Give pairs of effects whose signatures are alike, those that are most alike first."""
+    """Give pairs of effects with similar signatures, the most similar first."""
     names = [words.effect_name(*entry) for entry in diagnosis.correlation_labels]
     rows, columns = np.nonzero(np.tril(np.abs(diagnosis.correlation), -1) >= CONFUSED)
     for i, j in sorted(zip(rows, columns, strict=True), key=lambda pair: -abs(diagnosis.correlation[pair])):

@@ -1,4 +1,4 @@
-"""The plant of a parameter set, run in Python, and as a unit of FMI that is held to the reported free run."""
+"""The plant of a parameter set: simulated in Python, built as a unit, and its free run checked against the report."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -31,12 +31,12 @@ if TYPE_CHECKING:
 SIGNALS = ("v_front", "v_rear", "pitch", "elevation", "travel")
 """Columns of a simulation: voltages [V], angles [rad]."""
 
-SAME = 1e-9
-"""Difference [rad] up to which the unit's free-run error is the reported one."""
+FREE_RUN_TOLERANCE = 1e-9
+"""Largest difference [rad] between the unit's free-run error and the reported one."""
 
-START = {name: f"plant.initial.{name}" for axis in AXES for name in (axis, f"{axis}_rate")}
-START |= {"nu_front": "plant.initial.v_front", "nu_rear": "plant.initial.v_rear"}
-"""Parameters of a plant that take its start state, by the state's fields."""
+START_PARAMETERS = {name: f"plant.initial.{name}" for axis in AXES for name in (axis, f"{axis}_rate")}
+START_PARAMETERS |= {"nu_front": "plant.initial.v_front", "nu_rear": "plant.initial.v_rear"}
+"""Parameters of the unit that set its start state, by the fields of the state."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -55,8 +55,7 @@ class Simulation(Tabular):
     def to_frame(self) -> "pandas.DataFrame":
         """Give the run as a table: index ``time`` [s]; columns v_front, v_rear [V], pitch, elevation, travel [rad].
 
-        The rates and what else belongs to the state follow under the names of
-        :class:`heli_plant.state.PlantState`.
+        The rates and the other fields of :class:`heli_plant.state.PlantState` follow by their names.
         """
         import pandas
 
@@ -174,9 +173,9 @@ def build(
     if parameters is None or isinstance(parameters, Mapping):
         values = parameters
     else:
-        own = parameter_set(parameters)
-        own.check_unit(unit)
-        values, remark = own.start_values, f"Use of {own.uses}" if own.uses else ""
+        given = parameter_set(parameters)
+        given.check_unit(unit)
+        values, remark = given.start_values, f"Use of {given.uses}" if given.uses else ""
     return build_unit(
         unit, Path(folder), values, remark, native=native, fmi=fmi, all_platforms=all_platforms,
         model_exchange=model_exchange,
@@ -184,40 +183,40 @@ def build(
 
 
 @contextmanager
-def play_log(log: Log, start: Mapping[str, float]) -> Iterator[dict[str, Any]]:
-    """Give the parameters by which a LogPlayer plays a log while the block runs, and a plant starts in a state."""
+def play_log(log: Log) -> Iterator[dict[str, Any]]:
+    """Give, while the block runs, parameters with which a LogPlayer plays a log and a plant starts with it."""
     with draft_folder() as folder:
-        path = str(write_log(log, folder / "log.csv"))
-        yield {"player.log.path": path, **{name: start[field] for field, name in START.items()}}
+        path, start = str(write_log(log, folder / "log.csv")), start_of(log)
+        yield {"player.log.path": path, **{name: getattr(start, field) for field, name in START_PARAMETERS.items()}}
 
 
 def check_free_run(unit: Path, diagnosis: Diagnosis) -> None:
-    """Run the corrected unit under the master on the held-out logs and hold it to the reported free-run error.
+    """Run the corrected unit on the held-out logs and compare its free-run error with the reported one.
 
-    An IdentifierError names the axis and both errors where they differ by more than :data:`SAME`.
+    An IdentifierError names the axis and both errors if they differ by more than :data:`FREE_RUN_TOLERANCE`.
     """
     reported = {axis: report.after.free_run for axis, report in diagnosis.axes.items()}
     if not any(reported.values()):
         return
     runs = [unit_run(unit, series) for series in diagnosis.series]
     errors = np.concatenate([series.log.angles - run for series, run in zip(diagnosis.series, runs, strict=True)])
-    reached = np.sqrt((errors**2).mean(axis=0))
+    rms = np.sqrt((errors**2).mean(axis=0))
     for axis, figure in reported.items():
-        own = float(reached[AXES.index(axis)])
-        if figure is not None and not abs(own - figure.value) <= SAME:
+        error = float(rms[AXES.index(axis)])
+        if figure is not None and not abs(error - figure.value) <= FREE_RUN_TOLERANCE:
             raise IdentifierError(
-                f"the corrected unit's free run of the {axis} is off by {own!r} rad on the held-out logs, the "
+                f"the corrected unit's free run of the {axis} is off by {error!r} rad on the held-out logs, the "
                 f"diagnosis says {figure.value!r} rad; nothing was written, please report this."
             )
 
 
 def unit_run(unit: Path, series: HeldOutSeries) -> np.ndarray:
-    """Angles (N, 3) [rad] of the unit alone under the voltages of a held-out log."""
+    """Give the angles (N, 3) [rad] of the unit alone under the voltages of a held-out log."""
     from fmu_src import VOLTAGES, Scenario
     from fmu_src.master import run_apart
 
     log, alone = series.log, Scenario("alone", "the plant alone", (("plant", PLANT),), ())
-    values = {"plant.solver.step": log.step, **{name: series.start[field] for field, name in START.items()}}
+    values = {"plant.solver.step": log.step, **{name: series.start[field] for field, name in START_PARAMETERS.items()}}
     inputs = {f"plant.{name}": column for name, column in zip(VOLTAGES, log.voltages.T, strict=True)}
     result = run_apart(alone, (log.samples - 1) * log.step, log.step, values, {"plant": unit}, inputs=inputs)
     return result.columns(*(f"plant.{axis}" for axis in AXES))

@@ -1,4 +1,4 @@
-"""Parameters as functions take them: a parameters.json, which is checked, a parameter set, or a diagnosis."""
+"""The forms in which functions take parameters: a parameters.json, which is checked, a parameter set, a diagnosis."""
 
 from collections.abc import Iterator
 from os import PathLike
@@ -19,7 +19,7 @@ PlantSource = ParameterSource | PlantParameters
 
 @check_types
 def parameter_set(parameters: ParameterSource) -> ParameterSet:
-    """Give the parameters in a diagnosis, in a parameters.json, or themselves; else a ConfigurationError."""
+    """Give the parameters of a diagnosis or of a parameters.json, or a parameter set as it is."""
     if isinstance(parameters, str | PathLike):
         return read_parameters(parameters)
     if isinstance(parameters, Diagnosis):
@@ -48,47 +48,47 @@ def read_parameters(path: str | PathLike[str]) -> ParameterSet:
         not finite, a plant's parameter is missing, or the unit has no such parameter, states it in another unit or does
         not take its value; file and entry are named.
     """
-    found = read_document(path, ParameterSet)
-    if fault := next(_find_faults(found), None):
+    parameters = read_document(path, ParameterSet)
+    if fault := next(_find_faults(parameters), None):
         raise damage_error(path, fault)
-    _check_unit(Path(path), found)
-    return found
+    _check_unit(Path(path), parameters)
+    return parameters
 
 
-def _find_faults(found: ParameterSet) -> Iterator[str]:
-    """Name what is of the right type, but is no parameter's or does not fit the rest of the file."""
-    for axis in found.expected:
+def _find_faults(parameters: ParameterSet) -> Iterator[str]:
+    """Describe entries of the right type that belong to no parameter or do not fit the rest of the file."""
+    for axis in parameters.expected:
         if axis not in AXES:
             yield f"expected.{axis} is of no axis; there are {', '.join(AXES)}"
-    for name, value in numbers_of(to_plain({"values": found.values, "expected": found.expected})):
+    for name, value in numbers_of(to_plain({"values": parameters.values, "expected": parameters.expected})):
         if value < 0.0 and (name.startswith("expected.") or name.endswith(".standard_error")):
             yield f"{name} = {value}: expected `float` >= 0.0"
-    if joint := found.covariance:
+    if joint := parameters.covariance:
         for name in (*joint.names, *joint.not_determined):
-            if name not in found.values:
+            if name not in parameters.values:
                 yield f"covariance.names has {name!r}, which is none of the values"
         for name in joint.logarithms:
-            if name not in joint.names or found.values[name].value == 0.0:
+            if name not in joint.names or parameters.values[name].value == 0.0:
                 yield f"covariance.logarithms has {name!r}, which is none of the names or zero"
         count = len(joint.names)
         if joint.matrix.shape != (count, count):
             yield f"covariance.matrix must have {count} rows of {count} numbers"
 
 
-def _check_unit(file: Path, found: ParameterSet) -> None:
+def _check_unit(file: Path, given: ParameterSet) -> None:
     """Refuse values that are not parameters of the unit that the file names, or that the unit does not take."""
     from fmu_src import UNITS, parameters_of, problem_with, unit_class
 
-    refuse(found.unit not in UNITS, f"{file} names the unit {found.unit!r}; there are {', '.join(UNITS)}.")
-    own = parameters_of(unit_class(found.unit))
-    if foreign := [name for name in found.values if name not in own]:
-        owners = [unit for unit in UNITS if found.values.keys() <= parameters_of(unit_class(unit)).keys()]
+    refuse(given.unit not in UNITS, f"{file} names the unit {given.unit!r}; there are {', '.join(UNITS)}.")
+    variables = parameters_of(unit_class(given.unit))
+    if foreign := [name for name in given.values if name not in variables]:
+        owners = [unit for unit in UNITS if given.values.keys() <= parameters_of(unit_class(unit)).keys()]
         whose = f"; its values are of the {owners[0]}, name that as its unit" if owners else ""
-        raise ConfigurationError(f"{file} is of the unit {found.unit}, which has no parameter {foreign[0]!r}{whose}.")
-    for name, value in found.values.items():
-        unit = own[name].unit or "1"
-        stated = f"{name} is stated in {value.unit!r}, the {found.unit} takes it in {unit!r}"
-        refuse((value.unit or "1") != unit, f"{file}: {stated}; convert value and standard error.")
-        if problem := problem_with(own[name], value.value):
+        raise ConfigurationError(f"{file} is of the unit {given.unit}, which has no parameter {foreign[0]!r}{whose}.")
+    for name, value in given.values.items():
+        unit = variables[name].unit or "1"
+        mismatch = f"{name} is stated in {value.unit!r}, the {given.unit} takes it in {unit!r}"
+        refuse((value.unit or "1") != unit, f"{file}: {mismatch}; convert value and standard error.")
+        if problem := problem_with(variables[name], value.value):
             raise ConfigurationError(f"{file}: {problem}.")
-    found.check_complete(f"{file}: ")
+    given.check_complete(f"{file}: ")

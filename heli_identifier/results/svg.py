@@ -1,7 +1,7 @@
-"""Figures as SVG text: axes with ticks, lines, bands and points, in the colours of the page around them.
+"""Figures as SVG text: axes with ticks, lines, bands and points, in the colours of the page.
 
-A colour is a CSS variable of its role (``--after``), so that one figure serves the light theme, the dark one and print.
-A figure that is a file of its own has the colours of the light theme.
+A colour is a CSS variable with the name of its role (``--after``), so one figure fits the light theme, the dark one and
+print. A figure in a separate file has the colours of the light theme.
 """
 
 from collections.abc import Callable, Sequence
@@ -11,13 +11,12 @@ from math import ceil, floor, log10
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from heli_identifier.records import Log
 from heli_identifier.results.words import label_with_unit, power_text
+from heli_identifier.tracing.rig import Array
 from heli_plant.effects import AXES
-
-Array = NDArray[np.float64]
 
 COLOURS = {
     "ink": "#1b1f24",
@@ -29,20 +28,20 @@ COLOURS = {
     "band": "#9cc3f0",
     "third": "#2d7d46",
 }
-"""Colour of each role in the light theme; the orange and the blue stay apart for every kind of colour vision."""
+"""Colour of each role in the light theme; orange and blue differ for every kind of colour vision."""
 
 POINTS = 1000
-"""Vertices of a line on a page: one a pixel of the widest figure."""
+"""Vertices of a line on a page: one per pixel of the widest figure."""
 
 LETTER, LEFT, RIGHT, TOP, BOTTOM, GAP = 6.4, 72.0, 20.0, 24.0, 40.0, 14.0
-"""Width of a letter, room around the axes and between two of them [px]."""
+"""Width of a letter, margins of the axes, and gap between two of them [px]."""
 
 
 @dataclass
 class Axes:
-    """One pair of axes and what is drawn in it; ``limits`` of y are those of the data where they are not given.
+    """One pair of axes and what is drawn in it; without ``limits`` those of y follow from the data.
 
-    Rows with ``names``, the first at y = 0 and at the top, stand in place of numbers of y.
+    With ``names`` the y axis has named rows instead of numbers, the first at y = 0 and at the top.
     """
 
     y_label: str
@@ -63,8 +62,8 @@ class Axes:
         self._add(kind, np.asarray(x, float), np.asarray(y, float), role, label, 3.0)
 
     def band(self, x: ArrayLike, low: ArrayLike, high: ArrayLike, label: str = "", role: str = "band") -> None:
-        """Fill what lies between two curves over x."""
-        (x, low), (_, high) = (thin_line(np.asarray(x, float), np.asarray(own, float)) for own in (low, high))
+        """Fill the area between two curves over x."""
+        (x, low), (_, high) = (thin_line(np.asarray(x, float), np.asarray(curve, float)) for curve in (low, high))
         self._add("band", np.append(x, x[::-1]), np.append(low, high[::-1]), role, label, 0.0)
 
     def level(self, y: float, role: str, label: str = "") -> None:
@@ -84,7 +83,7 @@ def figure(
     log_x: bool = False,
     x_limits: tuple[float, float] | None = None,
 ) -> str:
-    """Give axes from top to bottom, over one x, as an ``<svg>`` element described for those who hear it."""
+    """Give axes from top to bottom, over one x, as an ``<svg>`` element with a ``description`` for screen readers."""
     x_ends = x_limits or _range(np.concatenate([x for panel in panels for _, x, *_ in panel.marks]), log_x)
     margin = max(LEFT, *(LETTER * len(name) + 16.0 for panel in panels for name in panel.names), 0.0)
     legend, top = _legend([entry for panel in panels for entry in panel.labels], margin, width)
@@ -100,22 +99,22 @@ def figure(
 
 
 def _legend(labels: Sequence[tuple[str, str]], left: float, width: float) -> tuple[str, float]:
-    """Give words with their roles as rows above the axes, and where the axes begin [px]."""
-    parts, place, row = [], left, 0.0
+    """Give labels with the colours of their roles as rows above the axes, and the top of the axes [px]."""
+    parts, x, y = [], left, 0.0
     for label, role in dict.fromkeys(labels):
         length = 34.0 + LETTER * len(label)
-        if place > left and place + length > width:
-            place, row = left, row + 16.0
-        parts.append(f'<rect x="{place:.0f}" y="{row + 6.0:g}" width="14" height="6" fill="var(--{role})"/>')
-        parts.append(_text(place + 19.0, row + 13.0, label, "start"))
-        place += length
-    return "".join(parts), row + TOP
+        if x > left and x + length > width:
+            x, y = left, y + 16.0
+        parts.append(f'<rect x="{x:.0f}" y="{y + 6.0:g}" width="14" height="6" fill="var(--{role})"/>')
+        parts.append(_text(x + 19.0, y + 13.0, label, "start"))
+        x += length
+    return "".join(parts), y + TOP
 
 
 def _panel(
     panel: Axes, top: float, left: float, inner: float, x_ends: tuple[float, float], log_x: bool, last: bool
 ) -> str:
-    """Draw one pair of axes: its grid, with the numbers of x if it is the last, and within a frame what is in it."""
+    """Draw one pair of axes: the grid, with the numbers of x if it is the ``last`` one, and the marks in a frame."""
     ends = panel.limits or _range(np.concatenate([y for _, _, y, *_ in panel.marks]), panel.logarithmic)
     rows = [(float(row), name) for row, name in enumerate(panel.names)]
     if rows:
@@ -142,18 +141,18 @@ def _panel(
 
 
 def _scale(ends: tuple[float, float], start: float, end: float, logarithmic: bool) -> Callable[[Any], Any]:
-    """Give what places values between two ends, from ``start`` to ``end`` [px]."""
+    """Give the function that maps values between two ends to positions from ``start`` to ``end`` [px]."""
     low, high = np.log10(ends) if logarithmic else ends
 
     def place(values: Any) -> Any:
-        known = np.log10(np.maximum(values, 1e-300)) if logarithmic else values
-        return start + (known - low) / (high - low) * (end - start)
+        scaled = np.log10(np.maximum(values, 1e-300)) if logarithmic else values
+        return start + (scaled - low) / (high - low) * (end - start)
 
     return place
 
 
 def figure_file(svg: str) -> str:
-    """Give a figure as the text of a file of its own, in the light theme on white."""
+    """Give a figure as the text of a separate file, in the light theme on white."""
     for role, colour in COLOURS.items():
         svg = svg.replace(f"var(--{role})", colour)
     rules = f"text{{font:11px sans-serif;fill:{COLOURS['ink']}}}.rule{{stroke:{COLOURS['grid']}}}"
@@ -163,9 +162,9 @@ def figure_file(svg: str) -> str:
 
 
 def run_figure(result: Any, log: Log | None = None) -> str:
-    """Draw a run of units (:class:`fmu_src.master.Result`): voltages, the plant's angles, and the log that was played.
+    """Draw a run of units (:class:`fmu_src.master.Result`): voltages, the plant's angles, and the played log.
 
-    Where 95 % of varied runs lie is drawn as well, the log as far as the run goes.
+    The log is drawn up to the end of the run. Of several runs, the band that holds 95 % of them is drawn as well.
     """
     names, time, panels = result.names, result.time, []
     source = next((unit for unit in ("controller", "exciter", "player") if f"{unit}.v_front" in names), None)
@@ -174,7 +173,9 @@ def run_figure(result: Any, log: Log | None = None) -> str:
         panel.line(time, result.column(f"{source}.v_front"), "after", "v_front", 1.0)
         panel.line(time, result.column(f"{source}.v_rear"), "before", "v_rear", 1.0)
         panels.append(panel)
-    for axis in (own for own in AXES if f"plant.{own}" in names):
+    for axis in AXES:
+        if f"plant.{axis}" not in names:
+            continue
         column = names.index(f"plant.{axis}")
         panel = Axes(label_with_unit(axis, result.units[column]), 115.0)
         if log is not None:
@@ -188,13 +189,13 @@ def run_figure(result: Any, log: Log | None = None) -> str:
 
 
 def ticks(low: float, high: float, count: int, logarithmic: bool = False) -> list[tuple[float, str]]:
-    """Give some ``count`` round values between two ends, and how each is written."""
+    """Give about ``count`` round values between two ends, each with its text."""
     if logarithmic:
         powers = range(ceil(log10(low) - 1e-9), floor(log10(high) + 1e-9) + 1)
         return [(10.0**n, power_text(n)) for n in powers][:: max(1, len(powers) // count)]
     rough = (high - low) / count
     unit = 10.0 ** floor(log10(rough))
-    step = min((unit * n for n in (1, 2, 5, 10)), key=lambda own: abs(log10(own / rough)))
+    step = min((unit * n for n in (1, 2, 5, 10)), key=lambda candidate: abs(log10(candidate / rough)))
     decimals = max(0, -floor(log10(step) + 1e-9))
     values = [n * step for n in range(ceil(low / step - 1e-9), floor(high / step + 1e-9) + 1)]
     return [(value, f"{value:,.{decimals}f}".replace(",", " ").replace("-", "−")) for value in values]
@@ -210,17 +211,17 @@ def _mark(kind: str, x: Array, y: Array, role: str, size: float, inner: float) -
         if kind == "diamond":
             return "".join(f'<path d="M{a - 5:.1f},{b:.1f}l5,-5 5,5 -5,5Z" {fill}/>' for a, b in dots)
         return "".join(f'<circle cx="{a:.1f}" cy="{b:.1f}" r="{size:g}" {fill}/>' for a, b in dots)
-    runs = np.split(np.arange(len(x)), np.flatnonzero(~np.isfinite(x + y)))  # a line is broken where data are missing
-    known = ([k for k in run if np.isfinite(x[k] + y[k])] for run in runs)
-    path = "".join("M" + "L".join(f"{x[k]:.1f},{y[k]:.1f}" for k in run) for run in known if run)
+    parts = np.split(np.arange(len(x)), np.flatnonzero(~np.isfinite(x + y)))  # a line is broken where data are missing
+    finite = ([k for k in part if np.isfinite(x[k] + y[k])] for part in parts)
+    path = "".join("M" + "L".join(f"{x[k]:.1f},{y[k]:.1f}" for k in part) for part in finite if part)
     if kind == "band":
         return f'<path d="{path}Z" fill="{colour}" fill-opacity="{".6" if role == "band" else ".2"}"/>'
     return f'<path d="{path}" fill="none" stroke="{colour}" stroke-width="{size:g}"/>'
 
 
 def _range(values: Array, logarithmic: bool) -> tuple[float, float]:
-    known = values[np.isfinite(values) & ((values > 0.0) | (not logarithmic))]
-    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    finite = values[np.isfinite(values) & ((values > 0.0) | (not logarithmic))]
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
     if logarithmic:
         return low, max(high, 1.01 * low)
     room = 0.04 * (high - low) or 0.5 * abs(high) or 1.0
@@ -232,12 +233,12 @@ def _text(x: float, y: float, text: str, anchor: str, more: str = "") -> str:
 
 
 def thin_line(x: Array, y: Array) -> tuple[Array, Array]:
-    """Thin a line (N,) to some :data:`POINTS` vertices: lowest and highest of every stretch, so no peak is lost."""
+    """Thin a line (N,) to about :data:`POINTS` vertices: the lowest and highest of every block, so no peak is lost."""
     width = max(1, 2 * len(x) // POINTS)
     if width < 3:
         return x, y
     count = len(x) // width
     blocks = y[: count * width].reshape(count, width)
     first = np.arange(count) * width
-    kept = np.sort(np.concatenate((first + blocks.argmin(axis=1), first + blocks.argmax(axis=1), [0, len(x) - 1])))
-    return x[kept], y[kept]
+    vertices = np.sort(np.concatenate((first + blocks.argmin(axis=1), first + blocks.argmax(axis=1), [0, len(x) - 1])))
+    return x[vertices], y[vertices]

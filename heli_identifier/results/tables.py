@@ -1,4 +1,4 @@
-"""Tables: as plain text, HTML or on a terminal, values that show themselves as one, and the tables of a diagnosis."""
+"""Tables as plain text and HTML, the base of values that are shown as a table, and the tables of a diagnosis."""
 
 import re
 from abc import ABC, abstractmethod
@@ -14,8 +14,8 @@ from heli_identifier.tracing import CurveShape, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
 
-_FIGURE = re.compile(r"[+−-]?\.?\d[\d., ]*(e[-+]?\d+)?( .*|%)?|–|")
-"""What stands in a column of figures: a number, what belongs to it after a space, a dash, or nothing."""
+_NUMBER_CELL = re.compile(r"[+−-]?\.?\d[\d., ]*(e[-+]?\d+)?( .*|%)?|–|")
+"""A cell in a column of figures: a number, also with a text after a space, a dash, or nothing."""
 
 
 class Table(NamedTuple):
@@ -28,8 +28,8 @@ class Table(NamedTuple):
 
     @property
     def figures(self) -> list[bool]:
-        """Which columns hold figures, and stand at the right."""
-        return [all(_FIGURE.fullmatch(row[k]) for row in self.rows) for k in range(len(self.columns))]
+        """Whether each column holds figures, which are aligned at the right."""
+        return [all(_NUMBER_CELL.fullmatch(row[k]) for row in self.rows) for k in range(len(self.columns))]
 
     def text(self) -> str:
         """Give heads and cells as lines of plain text, aligned at the left."""
@@ -39,23 +39,23 @@ class Table(NamedTuple):
         return "\n".join("  ".join(cells).rstrip() for cells in padded)
 
     def __html__(self) -> str:
-        """Give a ``<table>`` element, as pages show it.
+        """Give a ``<table>`` element for pages.
 
-        Every cell says which column it is in, so that a narrow screen can show a row as a list.
+        Every cell names its column, so that a narrow screen can show a row as a list.
         """
         kinds = [' class="number"' if figure else "" for figure in self.figures]
         heads = [escape(name) for name in self.columns]
         head = "".join(f'<th scope="col"{kind}>{name}</th>' for name, kind in zip(heads, kinds, strict=True))
         body = ""
         for row in self.rows:
-            cells = zip(map(escape, row), heads, kinds, strict=True)
-            told = "".join(f'<td{kind} data-label="{name}">{cell}</td>' for cell, name, kind in cells)
-            body += f"<tr>{told}</tr>"
+            entries = zip(map(escape, row), heads, kinds, strict=True)
+            row_html = "".join(f'<td{kind} data-label="{name}">{cell}</td>' for cell, name, kind in entries)
+            body += f"<tr>{row_html}</tr>"
         return f'<table class="stack"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
 
 
 class Tabular(ABC):
-    """A value that shows itself as a table with remarks below it."""
+    """A value that is shown as a table with remarks below it."""
 
     @property
     @abstractmethod
@@ -69,14 +69,14 @@ class Tabular(ABC):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Sentences that put it in doubt."""
+        """Reasons to doubt the result."""
         return ()
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self.table.title}>"
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the same as values for JSON; by default its fields by their names."""
+        """Give the value as JSON can hold it; by default its fields by their names."""
         return to_plain(self)
 
     def summary(self) -> str:
@@ -96,7 +96,7 @@ ERRORS = {
     False: (*_UNDER_VOLTAGES, *_AHEAD),
     True: (*_AHEAD, ("closed_loop_3s", "closed loop, 3 s"), *_UNDER_VOLTAGES),
 }
-"""Fields of an error and what they are called, those that tell most first, by whether a controller flew."""
+"""Fields and names of errors, the most informative first, by whether a controller flew."""
 
 GAIN_OF = dict(zip(AXES, GAINS, strict=True))
 """Gain of every axis by the paper's symbol."""
@@ -106,7 +106,7 @@ SETTINGS = {
     "score_needed_certain": "score to be shown, of what every rig has",
     "counts": "encoder counts per turn",
 }
-"""What settings are called whose names alone are not clear."""
+"""Texts for settings whose names are not clear."""
 
 UNITS = {
     "motor_time_constant": "s", "voltage_limit": "V", "rest_pitch": "rad", "elevation_gain": "rad/s²/V",
@@ -115,21 +115,21 @@ UNITS = {
 """Units of settings."""
 
 
-def error_table(diagnosis: Diagnosis, told: Callable[[ErrorFigure | None], str] = words.angle_text) -> Table:
-    """Give a row per axis and kind of error, each ``told``; predictions without a model are those over 1 s."""
+def error_table(diagnosis: Diagnosis, text_of: Callable[[ErrorFigure | None], str] = words.angle_text) -> Table:
+    """Give a row per axis and kind of error; predictions without a model are those over 1 s."""
     rows = []
     for axis, report in diagnosis.axes.items():
-        for field, what in ERRORS[diagnosis.closed_loop]:
-            before, after, floor = (getattr(own, field) for own in (report.before, report.after, report.noise_floor))
-            if before or after:
-                plain = (report.angle_stays, report.rate_stays) if field == "prediction_1s" else (None, None)
-                rows.append((axis, what, *map(words.angle_value, plain), *map(told, (before, after, floor))))
+        for field, label in ERRORS[diagnosis.closed_loop]:
+            figures = [getattr(errors, field) for errors in (report.before, report.after, report.noise_floor)]
+            if figures[0] or figures[1]:
+                without_model = (report.angle_stays, report.rate_stays) if field == "prediction_1s" else (None, None)
+                rows.append((axis, label, *map(words.angle_value, without_model), *map(text_of, figures)))
     columns = ("axis", "error [mrad]", "angle stays", "rate stays", "before", "after", "noise floor")
     return Table("Error on held-out logs", columns, rows)
 
 
 def gain_cells(report: ParameterReport | None, given: Estimate | None = None) -> tuple[str, str, str]:
-    """Give a gain, what references alone say of it, and what it rests on; without a report it was given."""
+    """Give a gain, its estimate from references alone, and what it rests on; without a report it was given."""
     if report is None:
         return words.with_interval(given) if given else "–", "–", "given"
     alone = "–" if report.instrument is None else words.with_interval(report.instrument, unit=False)
@@ -151,10 +151,10 @@ def parameter_table(diagnosis: Diagnosis) -> Table:
     """Give a row per parameter of the simplified model."""
     before, rows = diagnosis.parameters_before, []
     for name, value in diagnosis.parameters_after.items():
-        was = words.with_interval(before[name], unit=False) if name in before else "–"
-        now = words.with_interval(value, unit=False)
+        old = words.with_interval(before[name], unit=False) if name in before else "–"
+        new = words.with_interval(value, unit=False)
         slope = " at 0 V" if name in GAINS else ""
-        rows.append((name, words.meaning_of(name, value) + slope, was, now, words.unit_text(value.unit)))
+        rows.append((name, words.meaning_of(name, value) + slope, old, new, words.unit_text(value.unit)))
     columns = ("parameter", "meaning", "before", "after", "unit")
     title = "Parameters (± the half-width of the 95 % interval: 1.96 standard errors)"
     return Table(title, columns, rows, [words.held_out_sentence(diagnosis)])
@@ -165,15 +165,15 @@ def effect_table(diagnosis: Diagnosis) -> Table:
     rows = []
     for effect in (*diagnosis.effects, *diagnosis.possible):
         gain = "–" if effect.left_out_gain is None else f"{effect.left_out_gain:+z.1f}".replace("-", "−")
-        place = f"table.{effect.axis}.*" if isinstance(effect.shape, CurveShape) else "yes"
+        in_plant = f"table.{effect.axis}.*" if isinstance(effect.shape, CurveShape) else "yes"
         rivals = words.join_words([words.effect_name(*other) for other in effect.alternatives], "or")
-        size = words.with_interval(effect.coefficient) if effect.coefficient else "–"
-        told = (words.effect_title(effect), effect.verdict, size, words.to_digits(effect.score), gain)
-        rows.append((*told, place if effect.in_plant else "no", rivals))
+        coefficient = words.with_interval(effect.coefficient) if effect.coefficient else "–"
+        cells = (words.effect_title(effect), effect.verdict, coefficient, words.to_digits(effect.score), gain)
+        rows.append((*cells, in_plant if effect.in_plant else "no", rivals))
     columns = ("effect", "it is", "coefficient", "score [nats]", "left-out logs gain [nats]", "in the plant", "or")
     title = "Effects that the model lacks" if diagnosis.effects else "Possible effects, no findings"
-    said = ["or: explains these logs about as well; the report says what to measure to decide"]
-    return Table(f"{title} (± 1.96 standard errors)", columns, rows, said if any(row[-1] for row in rows) else [])
+    remarks = ["or: explains these logs about as well; the report says what to measure to decide"]
+    return Table(f"{title} (± 1.96 standard errors)", columns, rows, remarks if any(row[-1] for row in rows) else [])
 
 
 def catalogue_table(diagnosis: Diagnosis) -> Table:
@@ -196,7 +196,7 @@ def catalogue_table(diagnosis: Diagnosis) -> Table:
 
 
 def list_reasons(diagnosis: Diagnosis) -> list[str]:
-    """Say why an effect could not be tested, or is not shown for all its score."""
+    """Say why an effect could not be tested, or is not shown although its score is high."""
     needed = diagnosis.settings["score_needed_certain"]
     return [
         f"{words.effect_name(entry.name, entry.axis)}: {entry.why}"
@@ -223,41 +223,41 @@ def log_table(diagnosis: Diagnosis) -> Table:
     return Table("Logs", columns, rows)
 
 
-def _say_setting(value: object) -> str:
-    """Give a setting in words."""
+def _setting_text(value: object) -> str:
+    """Give the value of a setting as text."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, Mapping):
-        return f"{_say_setting(value['value'])} with a standard error of {_say_setting(value['standard_error'])}"
+        return f"{_setting_text(value['value'])} with a standard error of {_setting_text(value['standard_error'])}"
     return words.to_digits(value) if isinstance(value, float) else str(value)
 
 
 def setting_table(diagnosis: Diagnosis) -> Table:
-    """Give every setting that has a value, with its unit, and what was run when, with which versions."""
+    """Give every setting that has a value, with its unit, then command, date and versions."""
     rows = []
     for name, value in diagnosis.settings.items():
         if isinstance(value, Mapping):  # effects, geometry
-            value = [f"{own} {_say_setting(of)}" for own, of in value.items() if of is not None]
+            value = [f"{key} {_setting_text(entry)}" for key, entry in value.items() if entry is not None]
         if value is None or value == []:
             continue
-        text = words.join_words([_say_setting(v) for v in (value if isinstance(value, list | tuple) else [value])])
+        text = words.join_words([_setting_text(v) for v in (value if isinstance(value, list | tuple) else [value])])
         rows.append((SETTINGS.get(name, name).replace("_", " "), f"{text} {UNITS.get(name, '')}".rstrip()))
-    ran = diagnosis.provenance
-    rows.append(("command", str(ran.get("command", ""))))
-    rows.append(("date", f"{ran.get('date', '')}, {words.to_digits(diagnosis.seconds, 2)} s"))
-    return Table("Settings", ("setting", "value"), [*rows, *ran.get("versions", {}).items()])
+    provenance = diagnosis.provenance
+    rows.append(("command", str(provenance.get("command", ""))))
+    rows.append(("date", f"{provenance.get('date', '')}, {words.to_digits(diagnosis.seconds, 2)} s"))
+    return Table("Settings", ("setting", "value"), [*rows, *provenance.get("versions", {}).items()])
 
 
 def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterator[Table]:
-    """Give the tables of a diagnosis, with ``everything`` that of the catalogue as well."""
+    """Give the tables of a diagnosis, with ``everything`` also the one of the catalogue."""
     named = (effect_table,) if diagnosis.effects or diagnosis.possible else ()
     last = (catalogue_table,) if everything else ()
     yield from (make(diagnosis) for make in (*named, gain_table, parameter_table, error_table, *last))
 
 
 def diagnosis_summary(diagnosis: Diagnosis) -> str:
-    """Give the verdict, the gains, the errors, and what has to be kept in mind, as plain text."""
+    """Give the verdict, the gains, the errors and the notes as plain text."""
     effects = [effect_table(diagnosis).text()] if diagnosis.effects or diagnosis.possible else []
     gains, errors = gain_table(diagnosis).text(), error_table(diagnosis).text()
-    said = (words.verdict_line(diagnosis), *effects, gains, words.held_out_sentence(diagnosis), errors)
-    return "\n".join([*said, *words.typeset_notes(diagnosis.notes)])
+    parts = (words.verdict_line(diagnosis), *effects, gains, words.held_out_sentence(diagnosis), errors)
+    return "\n".join([*parts, *words.typeset_notes(diagnosis.notes)])
