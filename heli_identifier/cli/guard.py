@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import typer
 
@@ -94,6 +94,7 @@ def check_files(options: Mapping[str, object]) -> None:
         raise ConfigurationError(f"two results are to be written to {twice[0].name}; name one file for each.")
     values = [value if isinstance(value, list) else [value] for key, value in options.items() if key not in _WRITTEN]
     KEPT.extend(path for several in values for path in several if isinstance(path, Path))
+    KEPT.extend(Path(word.partition("=")[2].strip()) for word in cast(list[str], options.get("fmu", [])))
     if "config" in options and options["config"] is None:
         KEPT.append(Path(CONFIGURATION_NAME))  # of this folder, which is read where none is named
     if read_as_well := [path for path in written if is_kept(path)]:

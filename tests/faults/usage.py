@@ -35,6 +35,7 @@ OPTIONS = (
     Fault("an empty word, as of a variable that is not set", parameters(), 'heli identify log.csv -o ""', "an argument is empty"),
     Fault("the log as the file to write", parameters(), f"{CHECK} --junit log.csv", "log.csv is read by this command and not written over"),
     Fault("a heli.toml of this folder, which nobody named", parameters(more=configured("")), CHECK, "configuration: heli.toml of this folder", 0),
+    Fault("the FMU that is simulated as the file to write", good, "heli simulate open_loop --fmu plant=log.csv -o log.csv", "log.csv is read by this command and not written over"),
     Fault("the heli.toml of this folder as the file to write", configured(""), "heli simulate measured_data --log log.csv -o heli.toml", "heli.toml is read by this command and not written over"),
     Fault("the log as the configuration to write", good, "heli init log.csv -o log.csv", "is read by this command and not written over"),
     Fault("a configuration by another name, without a log", nothing, "heli init -o lab.toml", "written: lab.toml", 0, ("lab.toml",)),
