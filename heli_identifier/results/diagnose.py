@@ -83,16 +83,16 @@ def diagnose(
         progress("comparing before and after", 0.7)
     references, events, C = identified.references, identified.events, identified.covariance
     axes, nats, series = compare(
-        before, after, identified.beside, identified.parameters, events, references.closed_loop
+        before, after, identified.held_out, identified.parameters, events, references.closed_loop
     )
     plant, ahead = _delivered_plant(after, effects), dict[str, float]()
     if references.closed_loop:
-        for _, axis, error in errors_ahead(plant, (*identified.logs, *identified.beside), "ahead_200ms"):
+        for _, axis, error in errors_ahead(plant, (*identified.logs, *identified.held_out), "ahead_200ms"):
             ahead[axis] = max(error.value, ahead.get(axis, 0.0))
     chi2 = {
-        name: _judge_plant(identified.outside, after.likelihood.records, fitted)
+        name: _judge_plant(identified.instruments, after.likelihood.records, fitted)
         for name, fitted in (("before", before), ("after", after))
-        if identified.outside is not None
+        if identified.instruments is not None
     }
     in_plant = {(effect.name, effect.axis) for effect in (*effects, *possible) if effect.in_plant}
     effect_fields = {effect.field for effect in rig.effects if (effect.name, effect.axis) in in_plant}
@@ -141,7 +141,7 @@ def diagnose(
             *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),
             *event_notes((*training, *unseen), () if settings.keep_events else events),
             *identified.notes,
-            *outlying_log_notes(after, (*identified.logs, *identified.beside)),
+            *outlying_log_notes(after, (*identified.logs, *identified.held_out)),
             *references.notes,
             *_plant_notes(identified, settings.effects),
             *_size_notes(effects),
@@ -175,7 +175,7 @@ def _check_logs(
 def _judge_plant(instruments: InstrumentEstimates, records: Sequence[Record], plant: Fit) -> tuple[float, int]:
     """Give chi2 and degrees of freedom, over all axes, of the instruments' judgement of a plant on training logs."""
     rig = plant.likelihood.rig
-    axes = instruments.judge([rig.measured(record, plant.parameters)[0] for record in records])
+    axes = instruments.judge([rig.plant_accelerations(record, plant.parameters)[0] for record in records])
     return sum(axis.chi2 for axis in axes), sum(axis.freedom for axis in axes)
 
 

@@ -83,7 +83,7 @@ def compare(
         No passage is long enough for a prediction over two seconds.
     """
     rig, records = after.likelihood.rig, _records(before, after, logs)
-    starts = [rig.begin(log.angles, log.voltages, log.step) for log in logs]
+    starts = [rig.initial_state(log.angles, log.voltages, log.step) for log in logs]
     first, second = (_HeldOutRuns.of(Model.of(fitted), records, logs, starts) for fitted in (before, after))
     models, judged = {"before": first, "after": second}, "ahead_200ms" if closed_loop else "prediction_1s"
     angle_changes = [run.measured(0.2) - run.record.angles[run.at] for run in second.runs]
@@ -103,7 +103,7 @@ def compare(
     for i, axis in enumerate(rig.axes):
         error, gain, weights = errors["after"][i], rig.gains[i], [record.weights[:, i] for record in records]
         bare = angle_stays_200ms[i].value if closed_loop else min(angle_stays[i].value, rate_stays[i].value)
-        lifts, reached = gain in rig.lifting, getattr(error, judged).value
+        lifts, reached = gain in rig.positive_gains, getattr(error, judged).value
         use, why = judge_use(gain, reports.get(gain), reached, bare, HORIZONS[judged], lifts)
         p = {name: _ljung_box_p([z[:, i] for z in of_model], weights, records[0].step)
              for name, of_model in residuals.items()}  # fmt: skip

@@ -197,7 +197,7 @@ class Run:
         K, rig = self.gains.copy(), self.model.rig
         K[:, :4] = 0.0  # the air decays, and no innovation corrects the state
         states = [state for _, _, state in self.starts]
-        placed = [rig.placed(state, motion) for state, motion in zip(states, self.motion, strict=True)]
+        placed = [rig.state_in_motion(state, motion) for state, motion in zip(states, self.motion, strict=True)]
         # the filter's state before a sample is predicted from the sample before it: one step less is left
         near = self._ahead(self.aligned, states, K, self.offset, FROM_FILTER, -1)
         return near | self._ahead(self.record, placed, rig.still, np.zeros_like(self.offset), FROM_MOTION, 0)
@@ -230,7 +230,7 @@ class Run:
         for (first, last, carry), motion in zip(self.starts, self.motion, strict=True):
             if first < end or last - first < length:
                 continue
-            end, state, e = first + length, rig.placed(carry, motion), np.zeros((length, len(no_torque)))
+            end, state, e = first + length, rig.state_in_motion(carry, motion), np.zeros((length, len(no_torque)))
             flown = replace(record, inputs=record.inputs.copy())
             for done in range(0, length, block):
                 rows = slice(first + done, min(first + done + block, end))

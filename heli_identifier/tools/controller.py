@@ -41,7 +41,7 @@ LEAST_LIFT = 0.3
 def _check_usable(parameters: ParameterSet, axes: Sequence[str], *unfit_for: Use) -> None:
     """Refuse a plant of whose axes the diagnosis says one of these uses, and say what to fly."""
     if unfit := [axis for axis in axes if axis in parameters.axes_for(*unfit_for)]:
-        flights = " ".join(f"For the {axis}: {Rig.fly[GAIN_OF[axis]]}" for axis in unfit)
+        flights = " ".join(f"For the {axis}: {Rig.experiments[GAIN_OF[axis]]}" for axis in unfit)
         raise ConfigurationError(
             f"the diagnosis does not call the {' and the '.join(unfit)} of these parameters fit for control. {flights}"
         )

@@ -233,7 +233,7 @@ def parameter_reports(
         if name == LAG_FIELD and fitted.likelihood.voltages_shifted:
             determination = Determination.NOT_DETERMINED
             why = "it trades off against the timing of the voltages in the log"
-        experiment = "" if determination is Determination.OUTSIDE else rig.fly.get(name, "")
+        experiment = "" if determination is Determination.OUTSIDE else rig.experiments.get(name, "")
         if determination is Determination.NOT_DETERMINED and not contradicted:
             for effect, moves in structure:
                 if 2.0 * moves[i] ** 2 > C[i, i]:  # most of the interval, so one effect at most

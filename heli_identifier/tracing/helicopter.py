@@ -102,7 +102,7 @@ def plausible_range(field: str, voltage_limit: float) -> tuple[float, float]:
     return max(lower, -2.0 * width), 2.0 * width
 
 
-_FLY: Mapping[str, str] = {
+_EXPERIMENTS: Mapping[str, str] = {
     "k_x": "Step the pitch by 10 degrees every 5 s for a minute; under a controller step and log its reference.",
     "k_z": "Step the elevation by 10 degrees every 8 s for a minute; under a controller step and log its reference.",
     "k_y": "Lean the pitch by 10 degrees for 5 s either way, six times, at a constant sum of the voltages.",
@@ -153,19 +153,19 @@ class Rig:
 
     axes: ClassVar = AXES
     gains: ClassVar = GAINS
-    zeroed: ClassVar = (AXES.index("pitch"),)
+    zero_sensitive: ClassVar = (AXES.index("pitch"),)
     """Axes on which a zero error of the encoder does not act as a constant torque: a lean turns the thrust."""
-    lifting: ClassVar = GAINS[:2]
+    positive_gains: ClassVar = GAINS[:2]
     """Gains that are positive on every rig that is wired as its model says."""
     units: ClassVar[Mapping[str, str]] = {row.field: row.unit for row in BY_FIELD.values()}
-    fly: ClassVar = _FLY
+    experiments: ClassVar = _EXPERIMENTS
     state: ClassVar = PlantState._fields
     tables: ClassVar = Tables
     filter = staticmethod(run_filter)
     still: ClassVar = ALONE
     accelerations = staticmethod(run_accelerations)
     simulate = staticmethod(run_alone)
-    begin = staticmethod(record_start)
+    initial_state = staticmethod(record_start)
 
     @staticmethod
     def air(z: Array) -> Array:
@@ -189,7 +189,7 @@ class Rig:
         """Entries of the catalogue that the search may add to the base."""
         return tuple(effect for effect in self.effects if effect.field not in self.base)
 
-    def expecting(self, priors: Mapping[str, tuple[float, float]]) -> "Rig":
+    def with_priors(self, priors: Mapping[str, tuple[float, float]]) -> "Rig":
         """Give the same rig with other priors: centre and width by field."""
         return replace(self, known={**self.known, **priors})
 
@@ -226,7 +226,7 @@ class Rig:
         thrust = thrust_voltage(motor_input(self.operating_point, p), 0.0, p)
         return 2.0 * float(p.k_z) * thrust
 
-    def scaled(self, p: PlantParameters, factors: Sequence[float]) -> PlantParameters:
+    def scale_gains(self, p: PlantParameters, factors: Sequence[float]) -> PlantParameters:
         """Multiply the gains of a plant by ``factors``; a_1 keeps the value that :meth:`read` gives."""
         gains = {field: getattr(p, field) * factor for field, factor in zip(GAINS, factors, strict=True)}
         return p._replace(**gains, **{WEIGHT: p.a_1 + self._lift(p) * (factors[GAINS.index("k_z")] - 1.0)})
@@ -240,7 +240,7 @@ class Rig:
         stiffness = (p.a_th, p.a_e, p.cable_stiffness_travel)
         return tuple(k > 0.0 and a > 0.0 for k, a in zip(stiffness, (p.a_wx, p.a_wz, p.a_wy), strict=True))
 
-    def placed(self, carry: Array, motion: Array) -> Array:
+    def state_in_motion(self, carry: Array, motion: Array) -> Array:
         """State (21,) of a filter in a measured motion (6,), with motors and bending of ``carry`` and calm air.
 
         The state has the elevation of the rigid arm: that of the encoder minus the bending.
@@ -308,7 +308,7 @@ class Rig:
         values["theta0"] = atan2(copysign(1.0, sine) * cosine, abs(sine))
         return self.parameters._replace(**{name: value for name, value in values.items() if name in self.base})
 
-    def measured(self, record: Record, *plants: PlantParameters, window: float = MOTION_WINDOW) -> Array:
+    def plant_accelerations(self, record: Record, *plants: PlantParameters, window: float = MOTION_WINDOW) -> Array:
         """Accelerations (m, N, 3) [rad/s^2] of plants along the measured motion, smoothed over ``window`` [s]."""
         out = np.moveaxis(run_accelerations(record, plants, smooth_motion(record, window))[0], 0, 2).copy()
         out[:, 1:] = 0.5 * (out[:, 1:] + out[:, :-1])  # from the middles of the steps to their ends
@@ -323,7 +323,7 @@ class Rig:
         plant without the effect, and the acceleration by the effect, both smoothed.
         """
         axis, h = AXES.index("elevation" if effect.axis not in AXES else effect.axis), record.step
-        both = self.measured(record, parameters, bare, window=WINDOW)
+        both = self.plant_accelerations(record, parameters, bare, window=WINDOW)
         whole, without = (smooth_acceleration(of_plant[:, axis], h) for of_plant in both)
         inner = slice(round(1.0 / h), -round(1.0 / h))
         y = local_cubic(record.angles[:, axis], h, WINDOW, 2) - without
@@ -343,7 +343,7 @@ class Rig:
         terms = [(*moving, late) for moving, late in zip(equation_terms(parameters.theta0), LATE, strict=True)]
         off = dict.fromkeys((law.field for law in CATALOGUE if law.field not in self.base), 0.0)
         bare = self.assign(parameters, off | {f"table_variable_{axis}": 0.0 for axis in AXES})
-        known = [whole - without for whole, without in (self.measured(r, parameters, bare) for r in records)]
+        known = [whole - without for whole, without in (self.plant_accelerations(r, parameters, bare) for r in records)]
         return [
             Regression(axis, [record.angles[:, i] for record in records], of_axis, [added[:, i] for added in known])
             for i, (axis, of_axis) in enumerate(zip(AXES, terms, strict=True))

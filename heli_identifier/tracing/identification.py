@@ -54,8 +54,8 @@ class Identification:
     """The plant of one rig and what it rests on."""
 
     logs: tuple[Log, ...]
-    beside: tuple[Log, ...]
-    """logs, beside: As they were used: late angles and slips undone, zeros aligned, with events that are left out."""
+    held_out: tuple[Log, ...]
+    """logs, held_out: As they were used: late angles and slips undone, zeros aligned, with events that are left out."""
     selection: Selection
     """The search; its ``null`` is the fit of the simplified model."""
     unknown: tuple[FoundEffect, ...]
@@ -72,7 +72,7 @@ class Identification:
     """How much likelier logs that were left out of the fit become with each effect that is possible and not established
     [nats]. An effect above zero is in the plant."""
     references: References
-    outside: InstrumentEstimates | None
+    instruments: InstrumentEstimates | None
     """None where nothing came from outside."""
     parameters: Mapping[str, ParameterReport]
     """By the plant's fields."""
@@ -128,7 +128,7 @@ class Identification:
 def identify_plant(
     logs: Log | Sequence[Log],
     settings: DiagnosisSettings | None = None,
-    beside: Sequence[Log] = (),
+    held_out: Sequence[Log] = (),
     progress: Progress | None = None,
 ) -> Identification:
     """Identify the plant of one rig.
@@ -139,7 +139,7 @@ def identify_plant(
         Logs of one rig, in open loop or under any controllers; several rates may be mixed.
     settings : DiagnosisSettings, optional
         What is given of the rig.
-    beside : sequence of Log, optional
+    held_out : sequence of Log, optional
         Further logs that nothing is fitted to; their events are found and their zeros aligned with the others.
     progress : callable, optional
 
@@ -149,7 +149,7 @@ def identify_plant(
         Nothing is excited, an axis stands still in a log, or some logs are mirror images of the others.
     """
     count = 1 if isinstance(logs, Log) else len(logs)
-    used = read_logs((*((logs,) if isinstance(logs, Log) else logs), *beside))
+    used = read_logs((*((logs,) if isinstance(logs, Log) else logs), *held_out))
     check_excitation(used[:count])
     check_moving(used)
     given, tell = settings or DiagnosisSettings(), progress or (lambda what, share: None)
@@ -201,7 +201,7 @@ def identify_plant(
 def _fit_null(likelihood: Likelihood) -> Fit:
     """Fit the simplified model. Air under a controller may turn a sign: of a negative gain both signs are tried."""
     null = fit(likelihood, likelihood.rig.base)
-    for name in likelihood.rig.lifting:
+    for name in likelihood.rig.positive_gains:
         value = likelihood.rig.read(null.parameters, name)
         if name in null.fields and value < 0.0:
             null = min(null, fit(likelihood, null.fields, null, {name: -value}), key=lambda fitted: fitted.value)
@@ -237,7 +237,7 @@ def _refuse_scaled(fitted: Fit, defects: Sequence[Defect]) -> None:
         if defect.name != "counts":
             continue
         scale = np.where(np.array(axes) == defect.channel, 1.0 / defect.ratio, 1.0)
-        begin, scaled = likelihood.rig.begin, [record.angles * scale for record in likelihood.records]
+        begin, scaled = likelihood.rig.initial_state, [record.angles * scale for record in likelihood.records]
         records = tuple(
             replace(record, angles=angles, start=begin(angles, record.inputs, record.step))
             for record, angles in zip(likelihood.records, scaled, strict=True)

@@ -195,14 +195,14 @@ class Likelihood:
         if coordinate.fault is not None:
             faults = {**self.faults, coordinate.fault: coordinate.value(x + step)}
             return Move(point.parameters, step, False, faults)
-        values = {**coordinate.beside, **coordinate.assigned(x + step)}
+        values = {**coordinate.companions, **coordinate.assigned(x + step)}
         return Move(self.rig.assign(point.parameters, values), step, coordinate.in_reading)
 
     def plant_of_log(self, i: int, point: Point, parameters: Parameters) -> Parameters:
         """Give the plant with the gains of log ``i``."""
         a = len(self.rig.axes)
         drift = point.per_log[i, 3 * a : 4 * a]
-        return self.rig.scaled(parameters, np.exp(drift).tolist()) if drift.any() else parameters
+        return self.rig.scale_gains(parameters, np.exp(drift).tolist()) if drift.any() else parameters
 
     def aligned_record(self, i: int, point: Point) -> Record:
         """Give record ``i`` as encoders without a zero error would read it, with the start of the point."""

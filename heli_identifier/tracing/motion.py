@@ -86,7 +86,7 @@ class Tables:
         return f"table_first_{axis}"
 
     @staticmethod
-    def placed(axis: str, variable: str, first: float, spacing: float) -> dict[str, float]:
+    def switch_on(axis: str, variable: str, first: float, spacing: float) -> dict[str, float]:
         """Parameters that switch a table on."""
         number = list(VARIABLES).index(variable) + 1.0
         return {f"table_variable_{axis}": number, Tables.first(axis): first, f"table_spacing_{axis}": spacing}

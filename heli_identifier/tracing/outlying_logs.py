@@ -248,7 +248,7 @@ def _mirrors(rig: Rig, record: Record) -> list[tuple[str, Record]]:
 
 def _restart(record: Record, rig: Rig) -> Record:
     """Give a changed record the initial state that its angles and inputs imply."""
-    return replace(record, start=rig.begin(record.angles, record.inputs, record.step))
+    return replace(record, start=rig.initial_state(record.angles, record.inputs, record.step))
 
 
 _PITCH: Mapping[int, tuple[str, str]] = {

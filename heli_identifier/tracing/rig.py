@@ -64,7 +64,7 @@ class Coordinate:
     """Width of a finite difference, in x."""
     in_reading: bool = False
     """Whether it acts on what is measured and not through a torque."""
-    beside: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    companions: Mapping[str, float] = dataclasses.field(default_factory=dict)
     """Values that other parameters take while this one moves: the shapes of a law that is off."""
     tied: str = ""
     """Another parameter that always has the same value: the end of a curve that closes; empty if there is none."""
@@ -273,7 +273,7 @@ def record_of(log: Log, rig: Any, settled: bool = False) -> Record:
     time = np.arange(count, dtype=np.float64) * step
     width = round(REST_TIME / step) | 1
     span = maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0)
-    moves, begun = (span > REST_COUNTS * rig.resolution).astype(float), rig.begin(angles, voltages, step)
+    moves, begun = (span > REST_COUNTS * rig.resolution).astype(float), rig.initial_state(angles, voltages, step)
     inputs, angles = np.ascontiguousarray(voltages), np.ascontiguousarray(angles)
     return Record(log.name, step, time, inputs, angles, moves, begun).mark(log.events, rig.axes, settled)
 

@@ -58,7 +58,7 @@ def columns_of(effect: Effect, fitted: Fit) -> list[Coordinate]:
     if effect.steps_in_time:
         starts = [{effect.steps_in_time: step_time(fitted, rig.axes.index(effect.axis))}]
     return [
-        replace(rig.coordinate(effect.field, rig.assign(parameters, start)), beside=dict(start)) for start in starts
+        replace(rig.coordinate(effect.field, rig.assign(parameters, start)), companions=dict(start)) for start in starts
     ]
 
 
@@ -248,6 +248,6 @@ class Scores:
                 error = unit * c.slope(0.0) * np.sqrt(phi[k] / information[k])
                 found[c.field] = Score(
                     c.field, float(S), unit * c.value(at), float(error),
-                    float(min(information[k] / seen[j], 1.0)) if seen[j] > 0.0 else 0.0, c.beside, int(j),
+                    float(min(information[k] / seen[j], 1.0)) if seen[j] > 0.0 else 0.0, c.companions, int(j),
                 )  # fmt: skip
         return found

@@ -115,7 +115,7 @@ def _fit_entered(form: Scores, chosen: Sequence[str]) -> Fit:
     new = faults[:1] if new and new[0] in faults else [name for name in new if name not in faults]
     shapes: dict[str, float] = {}
     for name in new:
-        shapes |= dict(form.coordinates[form.chosen[name]].beside)
+        shapes |= dict(form.coordinates[form.chosen[name]].companions)
     kept = [name for name in chosen if name in form.selected]
     chosen = [*kept, *new]
     return refit(form.fitted, list(form.effects.values()), chosen, shapes)
@@ -179,7 +179,7 @@ def _add_mechanics(fitted: Fit, kept: Sequence[str]) -> Fit:
     """Fit roughly with some effects and all terms of rigid-body mechanics."""
     candidates, expected = fitted.likelihood.rig.candidates, (1.0, 1.0 / CATALOGUE_WIDTHS)
     absent = dict.fromkeys(_absent_mechanics(candidates, kept), 1.0)
-    rig = fitted.likelihood.rig.expecting(dict.fromkeys(_absent_mechanics(candidates, ()), expected))
+    rig = fitted.likelihood.rig.with_priors(dict.fromkeys(_absent_mechanics(candidates, ()), expected))
     start = replace(fitted, likelihood=replace(fitted.likelihood, rig=rig))
     return refit(start, candidates, [*kept, *absent], absent, value_only=True)
 

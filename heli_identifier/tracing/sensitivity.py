@@ -183,7 +183,7 @@ class Sensitivities:
         read = self._of_reading(i, motion, plants[0])
         filtered = [filter_innovations(axis.filter, e[:, k]) for k, axis in enumerate(axes)]
         motors = None
-        turn, zeroed = DIFFERENCE * PER_LOG[4], np.array(rig.zeroed, dtype=int)
+        turn, zeroed = DIFFERENCE * PER_LOG[4], np.array(rig.zero_sensitive, dtype=int)
         first_push = P + 3 + len(zeroed)
         memory = np.zeros((a, first_push + len(record.pushes), 5))
         memory[:, P + 1 : P + 3] = [start_memory(axis.filter, held) for axis in axes]
@@ -194,7 +194,7 @@ class Sensitivities:
             rows = slice(first, min(first + chunk, record.samples))
             blocks = slice(first // held, -(-rows.stop // held))
             here, torques = motion[blocks], np.zeros((*memory.shape[:2], blocks.stop - blocks.start))
-            turned = [here + turn * (np.arange(here.shape[1]) == column) for column in rig.zeroed]
+            turned = [here + turn * (np.arange(here.shape[1]) == column) for column in rig.zero_sensitive]
             carries = [motors if motors is None else motors[:1].copy() for _ in turned]  # changed in place
             acting, motors = rig.accelerations(record.slower, plants, here, blocks.start, motors)
             for z, (along, carry) in enumerate(zip(turned, carries, strict=True)):

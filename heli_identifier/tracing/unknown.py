@@ -210,7 +210,7 @@ def _fit_torque(fitted: Fit, u: Unknown, found: Sequence[Unknown]) -> tuple[Fit,
         (u,) = _weigh_torques(bare, a, [_period(bare, a, near=u.spacing)])
         return fit(fitted.likelihood, fitted.names, _set_harmonics(alone, [*found, u])), u
     fields = tables.fields(u.axis, u.variable)
-    shapes = tables.placed(u.axis, u.variable, u.first, u.spacing) | dict(zip(fields, u.weights, strict=True))
+    shapes = tables.switch_on(u.axis, u.variable, u.first, u.spacing) | dict(zip(fields, u.weights, strict=True))
     return fit(fitted.likelihood, (*fitted.names, *fields, tables.first(u.axis)), fitted, shapes), u
 
 
