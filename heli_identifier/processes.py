@@ -1,8 +1,8 @@
 """Processes: the signals that end one, its clean-up, its child processes, and the memory that it may take.
 
 Within a block of :func:`handled_here`, SIGTERM, SIGHUP and Ctrl-C end the process from within their handler: it kills
-the child processes, calls what :func:`undo_at_end` has registered, and exits with 128 plus the signal's number, as a shell
-does. Raising an exception would not be enough: Python drops one that a signal raises within the callback of a weak
+the child processes, calls what :func:`undo_at_end` has registered, and exits with 128 plus the signal's number, as a
+shell does. An exception would not be enough: Python drops one that a signal raises within the callback of a weak
 reference or a ``__del__``, and a library may swallow or replace it.
 
 All differences between POSIX and Windows are in this module. Windows has no resource, fork and SIGHUP, and an open file
