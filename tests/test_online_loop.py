@@ -14,7 +14,7 @@ from heli_identifier.online import start as start_identifier
 from heli_identifier.online import step as identifier_step
 from heli_identifier.online.instruments import add_signals, contradicts, no_instruments, solve_gain
 from heli_identifier.online.linear_algebra import outer
-from heli_identifier.online.loop import add_regressors, nothing_outside, products_every, shares
+from heli_identifier.online.loop import add_regressors, nothing_outside, product_interval, shares
 from heli_identifier.tools.experiment import Proposal
 from heli_identifier.tools.flight import fly_addition
 from heli_plant.control import PidSettings
@@ -35,9 +35,9 @@ def test_a_regressor_from_outside_counts_whole_and_an_answer_to_innovations_not_
     rng = np.random.default_rng(0)
     e, outside = rng.standard_normal((2, 60_000))
     psi = np.column_stack([answer_to(e, 2.0), answer_to(outside, 2.0)])
-    stride, o = products_every(H), nothing_outside(2)
+    stride, o = product_interval(H), nothing_outside(2)
     for k in range(stride, len(e), stride):
-        o = o._replace(waiting=float(e[k - stride : k].sum()))
+        o = o._replace(innovation_sum=float(e[k - stride : k].sum()))
         o = add_regressors(o, psi[k].tolist(), 1.0, stride * H)
     inside, own = shares(o, ONE)
     # 6000 products, correlated over .5 s, are some 600 independent ones: four filters explain 4/600 of anything.

@@ -51,7 +51,7 @@ def whitened(x, w):
 def test_whitening_is_its_transfer_function_with_butterworth_poles_and_the_zeros_of_the_state_filter():
     x = np.random.default_rng(0).standard_normal(400)
     x[0] = 0.0  # settled at zero
-    zeros = np.convolve([1.0, USUAL.f1, USUAL.f2], [1.0, -USUAL.kept])
+    zeros = np.convolve([1.0, USUAL.f1, USUAL.f2], [1.0, -USUAL.decay])
     poles = [1.0, USUAL.o1, USUAL.o2, USUAL.o3]
     # Two realisations of the same recursion differ by rounding alone.
     reference = lfilter(zeros, np.convolve(poles, [1.0, -2.0 / 13.0, 1.0 / 13.0]), x)

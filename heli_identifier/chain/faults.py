@@ -131,8 +131,8 @@ def _undo_backlash(logged: Array, h: float, size: float) -> Array:
 
 def _play_operator(x: Array, gap: float) -> Array:
     """Give y (N,), which stays as near to its last value as half of the gap around x (N,) allows."""
-    # y_k = max(low_k, min(high_k, y_k-1)). Two such steps are again one such step, so steps of 2, 4, 8 ... samples follow
-    # from each other.
+    # y_k = max(low_k, min(high_k, y_k-1)). Two such steps are again one such step, so those of 2, 4, 8 ... samples
+    # follow from each other.
     low, high, reach = x - 0.5 * gap, x + 0.5 * gap, 1
     low[0] = high[0] = x[0]
     while reach < len(low):

@@ -1,4 +1,4 @@
-"""On-line adaptive identification of all three axes as pure steps; standard library only, since FMUs carry it.
+"""On-line adaptive identification of all three axes as pure steps; standard library only, because FMUs contain it.
 
 The symbols are the paper's: theta, epsilon, lambda for pitch, elevation, travel; omega_f, rho of the state filters
 (11); phi, Omega, Gamma, alpha, sigma of the adaptation (7); e, G, nu, lambda of the prediction errors.
