@@ -118,10 +118,8 @@ def given_bytes(
 
 @contextmanager
 def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
-    """Make a folder within ``folder``, by default that of temporary files, and remove it when the block ends.
-
-    An OSError names the folder in which it cannot be made, also where gettempdir finds no writable place.
-    """
+    """Make a folder in ``folder``, by default that of temporary files, for the block; an OSError names ``folder``."""
+    # gettempdir tries to write a file, which fails if the disk is full
     parent = Path(tempfile.gettempdir() if folder is None else folder)
     path = parent / f"{PREFIX}{secrets.token_hex(8)}"
     with undo_at_end(lambda: shutil.rmtree(path, ignore_errors=True)):

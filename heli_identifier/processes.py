@@ -91,10 +91,8 @@ def _end(number: int, _frame: FrameType | None) -> None:
 
 
 def python_command(code: str, *arguments: str) -> list[str]:
-    """Give the command that runs ``code`` in another Python with the same module search path.
-
-    The working folder is not searched: it is the user's, and a file there may have the name of a module.
-    """
+    """Give the command that runs ``code`` in another Python with the same module search path."""
+    # without the working folder, "", which is the user's: a file there may have the name of a module
     folders = [folder for folder in sys.path if folder]
     return [sys.executable, "-P", "-c", f"import sys; sys.path[:] = {folders!r}; {code}", *arguments]
 

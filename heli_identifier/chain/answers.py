@@ -37,10 +37,7 @@ NOISY = -0.4
 
 
 def undo_delays(logs: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[Defect, ...], frozenset[str]]:
-    """Shift late angles; give the corrected logs, the defects, and the axes that are certainly on time.
-
-    ``logs`` are those of one rig in closed loop.
-    """
+    """Shift late angles of a rig in closed loop; give the logs, the defects, and the axes that are surely on time."""
     corrected, defects, prompt = list(logs), list[Defect](), set[str]()
     for column, axis in enumerate(ANGLES):
         delays = [delay for log in logs if (delay := _estimate_delay(log, column)) is not None]

@@ -238,10 +238,7 @@ def combinations(which: int, axis: AxisState, plan: Plan) -> tuple[tuple[float, 
 
 
 def evaluate_axis(axis: AxisState, combinations: tuple[tuple[float, ...], ...], count: int, plan: Plan) -> AxisState:
-    """Return ``axis`` with the standard errors of ``combinations`` of Omega and the excitation at a sample.
-
-    The combinations are of the first parameters of Omega; the last ones, of the noise model, are not reported.
-    """
+    """Return ``axis`` with the standard errors of ``combinations`` of Omega without nu, and the excitation."""
     moments, omega, interval, whitened = axis.moments, axis.omega, plan.moment_interval, plan.predicting
     n, reported = len(omega), len(combinations[0])
     rows = tuple([(*row, *([0.0] * (n - reported))) for row in combinations])

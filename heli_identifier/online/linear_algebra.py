@@ -44,7 +44,7 @@ def outer(z: Sequence[float]) -> list[float]:
 
 
 def with_products(sums: Sequence[float], decay: float, z: Sequence[float], weight: float = 1.0) -> tuple[float, ...]:
-    """Return ``kept`` sums + ``weight`` z z^T, packed."""
+    """Return ``decay`` sums + ``weight`` z z^T, packed."""
     return tuple([decay * x + weight * y for x, y in zip(sums, outer(z), strict=True)])
 
 

@@ -56,10 +56,7 @@ _Columns = dict[str, NDArray[Any]]
 
 
 def read_binary(data: bytes, ending: str, file: str, format: LogFormat) -> Table:
-    """Read the bytes of a file with one of the endings of `READERS`; ``file`` is its name in messages.
-
-    A LogError says that the file is damaged, holds no table, or needs a package that is not installed.
-    """
+    """Read the bytes of a file with one of the endings of `READERS`; a LogError calls an unreadable one ``file``."""
     with draft_folder() as folder:
         copy = folder / f"log{ending}"
         copy.write_bytes(data)

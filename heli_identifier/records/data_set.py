@@ -34,10 +34,7 @@ def read_logs(
     start: float | None = None,
     end: float | None = None,
 ) -> tuple[Log, ...]:
-    """Give one log or several logs of one rig with unique names; paths are read by `read_log`.
-
-    A LogError says that a file cannot be read.
-    """
+    """Give one log or several logs of one rig with unique names; paths are read by `read_log`."""
     sources = [logs] if isinstance(logs, Log | str | PathLike) else list(logs)
     return _make_names_unique([log if isinstance(log, Log) else read_log(log, format, start, end) for log in sources])
 
@@ -66,10 +63,7 @@ def demo_files(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
 
 
 def demo_logs(rig: str) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
-    """Read the training logs and the held-out logs of a demonstration rig, one of `DEMO_RIGS`.
-
-    The README.md in the folder of the files describes them.
-    """
+    """Read the training logs and the held-out logs of a demonstration rig, one of `DEMO_RIGS`."""
     return read_data_set(*demo_files(rig))
 
 

@@ -182,10 +182,7 @@ def _is_clock(values: Array) -> bool:
 
 
 def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], rate_hz: float) -> dict[str, int]:
-    """Choose the columns of voltages and angles with the highest score; ``named`` columns are known.
-
-    Gives the column of each signal, with v_front and v_rear or v_sum and v_difference; empty if too few columns vary.
-    """
+    """Choose the columns of voltages and angles with the highest score, beside those ``named``; {} if too few vary."""
     if not 5 <= len(candidates) <= _MOST_COLUMNS:
         return {}
     indices, columns = list(candidates), np.column_stack([*candidates.values()])

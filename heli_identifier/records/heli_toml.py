@@ -45,18 +45,10 @@ def read_examples() -> dict[str, Any]:
 
 @check_types
 def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
-    """Read the configuration of a rig.
+    """Read the configuration of a rig from a TOML file, as `heli init` makes it.
 
-    Parameters
-    ----------
-    path : str or PathLike
-        TOML file, as `heli init` makes it.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file is missing or not TOML, a key is unknown (the closest known one is proposed), or a value is of the
-        wrong type or out of bounds.
+    A ConfigurationError says that the file is missing or not TOML, that a key is unknown (with the closest known one),
+    or that a value is of the wrong type or out of bounds.
     """
     advice = f"; `heli init` writes a {CONFIGURATION_NAME} with every key explained"
     data = given_bytes(Path(path), _LARGEST_MB, ConfigurationError, advice)
@@ -132,10 +124,7 @@ def _read_pid(section: dict[str, Any], voltage_limit: float) -> PidSettings | No
 
 
 def write_template(path: str | PathLike[str], guess: "Guess | None" = None) -> Path:
-    """Write a configuration with every key explained; with the guesses from a log, if there are any.
-
-    A ConfigurationError says that the file exists already, since it may hold the user's work.
-    """
+    """Write a configuration with every key explained, but not over a file, which may hold the user's work."""
     if Path(path).is_file() or Path(path).is_dir():  # a device may be written to
         raise ConfigurationError(f"{path} exists already; delete it or name another file.")
     return write_atomically(path, template_text(guess))

@@ -138,10 +138,7 @@ class Log:
 
 
 def write_log(log: Log, path: str | PathLike[str]) -> Path:
-    """Write a log as CSV with the standard header, and make missing folders above the file.
-
-    Numbers are printed with enough digits to read the same double back.
-    """
+    """Write a log as CSV with the standard header and all digits of its numbers; make the folders above the file."""
     columns = log.columns | {f"{axis}_reference [rad]": values for axis, values in log.references.items()}
     rows = (map(repr, row) for row in np.column_stack([*columns.values()]).tolist())
     return write_atomically(path, "\n".join([*map(",".join, (columns, *rows)), ""]))

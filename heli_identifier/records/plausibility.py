@@ -135,10 +135,7 @@ def is_on_grid(values: Array, step: float) -> bool:
 
 
 def check_plausible(columns: Sequence[Column], values: Mapping[str, Array], rate_hz: float, file: str) -> None:
-    """Raise a LogError for signals, shape (N,) each in SI and unwrapped, that no rig can reach.
-
-    It names every such signal, its value, the bound, the unit in which it was read and the other units.
-    """
+    """Raise a LogError that names the signals, shape (N,) each in SI and unwrapped, that no rig can reach."""
     largest = {signal: float(np.abs(samples).max()) for signal, samples in values.items()}
     largest |= dict.fromkeys(COMBINED, max(largest[signal] for signal in VOLTAGES))  # already converted to voltages
     second = max(1, round(rate_hz))

@@ -118,7 +118,7 @@ def _find_headers(lines: Sequence[str], separator: str, file: str, format: LogFo
     comments = [bool(_COMMENT.match(line)) for line in lines]
     numeric = [not comment and _is_data(row) for row, comment in zip(rows, comments, strict=True)]
     contract = ",".join(CONTRACT_HEADERS)
-    header = _find_header(rows, numeric, comments)
+    header = _find_header_line(rows, numeric, comments)
     if header is None:
         data_start = numeric.index(True)
         names = [NUMBERED.format(index + 1) for index in range(len(rows[data_start]))]
@@ -145,7 +145,7 @@ def _find_headers(lines: Sequence[str], separator: str, file: str, format: LogFo
     return headers, data_start, header
 
 
-def _find_header(rows: list[list[str]], numeric: list[bool], comments: list[bool]) -> int | None:
+def _find_header_line(rows: list[list[str]], numeric: list[bool], comments: list[bool]) -> int | None:
     """Find the header: the last line above the data with about as many cells; None if there is none."""
     data_start = next((i for i in range(len(rows)) if all(numeric[i : i + 3])), None)
     if data_start is None:

@@ -112,10 +112,7 @@ def check_extent(rate_hz: float, samples: int, file: str) -> None:
 
 
 def mean_of_held(time: Array, values: Array, grid: Array) -> Array:
-    """Average values, shape (N,), constant from each instant [s] to the next, over the steps of a uniform ``grid`` [s].
-
-    The result has the shape (M,) of the grid, which has at least two instants, and the same integral.
-    """
+    """Average values (N,), constant from each instant [s] to the next, over steps of a uniform ``grid`` [s] (M,)."""
     step = grid[1] - grid[0]
     edges = np.append(grid, grid[-1] + step)
     knots = np.append(time, max(edges[-1], time[-1] + step))
