@@ -47,7 +47,7 @@ from operator import add
 from typing import NamedTuple
 
 from .linear_algebra import hypotenuse, outer, unit_vector
-from .moments import Moments, add_products, excitation_level, no_moments, standard_errors, weighted_blocks
+from .moments import Moments, add_products, excitation_level, initial_moments, standard_errors, weighted_blocks
 from .settings import AxisPlan, Plan
 
 _RESTORING_SHARE = 0.01  # share of the information that is forgotten before it is restored: overshoot over Gamma_max
@@ -185,7 +185,7 @@ def initial_axis(axis_plan: AxisPlan, plan: Plan) -> AxisState:
     sums = (0.0,) * (size * (size + 1) // 2 if plan.predicting else size)
     errors = (sqrt(plan.settings.initial_gain),) * axis_plan.reported
     factor = tuple(initial_factor(axis_plan.prior))
-    return AxisState(factor, axis_plan.first, 0.0, sums, no_moments(size), errors, 0.0)
+    return AxisState(factor, axis_plan.first, 0.0, sums, initial_moments(size), errors, 0.0)
 
 
 def adapt_axis(axis: AxisState, z: tuple[float, ...], count: int, plan: Plan) -> AxisState:

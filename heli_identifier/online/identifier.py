@@ -20,8 +20,8 @@ from heli_plant.motor import saturate
 from .adaptation import AxisState, adapt_axis, combinations, evaluate_axis, initial_axis, update_moments
 from .instruments import NO_REFERENCES, References, advance_references, contradicts, solve_gain
 from .linear_algebra import hypotenuse
-from .loop import Feedback, feedback_score, shares, watch_error, watch_innovation
-from .prediction_error import PredictorState, first_predictor, predict_axis
+from .loop import Feedback, feedback_score, shares, update_score, update_score_by_error
+from .prediction_error import PredictorState, initial_predictor, predict_axis
 from .settings import ModelParameters, Plan
 from .signals import (
     Angles,
@@ -93,9 +93,9 @@ def start(plan: Plan, now: Sample, references: Angles = NO_REFERENCES) -> Identi
     z_1, z_2, z_3 = regressions(signals, lag, settings.rest_angle, plan.filter)
     front, rear = signals.voltages
     axes = (
-        _first_axis(_PITCH, z_1, front - rear, plan),
-        _first_axis(_ELEVATION, z_2, front + rear, plan),
-        _first_axis(_TRAVEL, z_3, front - rear, plan),
+        _initial_axis(_PITCH, z_1, front - rear, plan),
+        _initial_axis(_ELEVATION, z_2, front + rear, plan),
+        _initial_axis(_TRAVEL, z_3, front - rear, plan),
     )
     return IdentifierState(0, signals.voltages, signals, lag, axes, References(references))
 
@@ -105,9 +105,9 @@ def before_samples(plan: Plan) -> IdentifierOutput:
     return output_of(start(plan, (0.0, 0.0, 0.0, 0.0, 0.0)), plan)._replace(parameters=plan.settings.initial)
 
 
-def _first_axis(which: int, z: tuple[float, ...], voltage: float, plan: Plan) -> Axis:
+def _initial_axis(which: int, z: tuple[float, ...], voltage: float, plan: Plan) -> Axis:
     axis_plan = plan.axes[which]
-    predictor = first_predictor(z, axis_plan, plan) if plan.predicting else None
+    predictor = initial_predictor(z, axis_plan, plan) if plan.predicting else None
     return Axis(initial_axis(axis_plan, plan), predictor, Feedback(settled_memory(0.0, plan.error_whitening), voltage))
 
 
@@ -162,10 +162,10 @@ def _advance_axis(
         return axis._replace(predictor=predictor._replace(memory=tuple(memory)))
     if predictor is None:
         estimate = adapt_axis(estimate, z, count, plan)
-        loop = watch_error(loop, estimate.sigma, voltage, count, h, plan.error_whitening)
+        loop = update_score_by_error(loop, estimate.sigma, voltage, count, h, plan.error_whitening)
     else:
         estimate, predictor = predict_axis(estimate, predictor, z, count, b, axis_plan, plan)
-        loop = watch_innovation(loop, estimate.sigma, voltage, count, h)
+        loop = update_score(loop, estimate.sigma, voltage, count, h)
     if (count + 1) % plan.moment_samples == 0:
         estimate = update_moments(estimate, count, plan)
     if count % plan.report_samples == which:

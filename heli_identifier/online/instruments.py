@@ -60,7 +60,7 @@ class Instruments(NamedTuple):
     standard_error: float  # of the gain
 
 
-def no_instruments(parameters: int) -> Instruments:
+def initial_instruments(parameters: int) -> Instruments:
     """Return the state before the first sample of an axis with ``parameters`` parameters."""
     n = parameters
     first_products, second_products = outer([0.0] * (_SIZE + n)), outer([0.0] * (2 * n + 1))
@@ -82,7 +82,7 @@ def advance_references(r: References, references: tuple[float, float, float], co
     return References(r.first, True, tuple(b))
 
 
-def add_signals(
+def update_instruments(
     i: Instruments, psi: Sequence[float], y: float, b: tuple[float, ...], stride: int, decay: float
 ) -> Instruments:
     """Return ``i`` after a sample; ``b`` was held over ``stride`` samples, which is 0 if no products are due."""

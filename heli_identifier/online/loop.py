@@ -60,13 +60,13 @@ class Feedback(NamedTuple):
     squares: float = 0.0  # weighted sum of s_b^2
 
 
-def watch_error(f: Feedback, sigma: float, voltage: float, count: int, h: float, w: Whitening) -> Feedback:
-    """Return ``f`` after a sample with adaptation error ``sigma``; the rest as for :func:`watch_innovation`."""
+def update_score_by_error(f: Feedback, sigma: float, voltage: float, count: int, h: float, w: Whitening) -> Feedback:
+    """Return ``f`` after a sample with adaptation error ``sigma``; the rest as for :func:`update_score`."""
     memory, e = whiten(f[:1], (sigma,), w)
-    return watch_innovation(Feedback(memory[0], *f[1:]), e[0], voltage, count, h)
+    return update_score(Feedback(memory[0], *f[1:]), e[0], voltage, count, h)
 
 
-def watch_innovation(f: Feedback, e: float, voltage: float, count: int, h: float) -> Feedback:
+def update_score(f: Feedback, e: float, voltage: float, count: int, h: float) -> Feedback:
     """Return ``f`` after the sample ``count`` with innovation ``e`` [rad/s^2]; ``voltage`` is held from it on."""
     memory, old_voltage, e1, e2, block, filled, total, squares = f
     if count >= round(_REST_TIME / h):
@@ -118,13 +118,13 @@ def advance_laguerre(x: Sequence[float], u: float, time: float) -> list[float]:
     return y
 
 
-def nothing_outside(parameters: int) -> Outside:
+def initial_outside(parameters: int) -> Outside:
     """Return the state before the first sample of an axis with ``parameters`` parameters."""
     size = FILTERS + parameters
     return Outside(0.0, (0.0,) * FILTERS, (0.0,) * (size * (size + 1) // 2))
 
 
-def add_regressors(o: Outside, psi: Sequence[float], decay: float, time: float) -> Outside:
+def update_outside(o: Outside, psi: Sequence[float], decay: float, time: float) -> Outside:
     """Return the state after adding products of the whitened regressors ``psi``, ``time`` [s] after the last ones.
 
     ``psi`` are known before the sample; ``decay`` is the factor of the earlier products [1].

@@ -54,7 +54,7 @@ class Moments(NamedTuple):
     window: tuple[float, ...]  # exponentially weighted mean
 
 
-def no_moments(size: int) -> Moments:
+def initial_moments(size: int) -> Moments:
     """Return the moments of a z of ``size`` signals before the first sample."""
     zeros = (0.0,) * (size * (size + 1) // 2)
     return Moments(0, _FIRST_LENGTH, zeros, (), zeros)

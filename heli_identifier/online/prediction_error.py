@@ -24,9 +24,9 @@ from operator import add
 from typing import NamedTuple
 
 from .adaptation import AxisState, increase_variance, kept_information, measurement_noise, take_measurement
-from .instruments import Instruments, add_signals, no_instruments
+from .instruments import Instruments, initial_instruments, update_instruments
 from .linear_algebra import outer, unit_vector
-from .loop import Outside, add_regressors, nothing_outside, product_interval
+from .loop import Outside, initial_outside, product_interval, update_outside
 from .settings import AxisPlan, Plan
 from .whitening import (
     BANDWIDTH_CHANGE,
@@ -40,9 +40,9 @@ from .whitening import (
     Whitening,
     bandwidth_slope,
     bound_noise,
-    first_noise,
-    remember,
+    initial_noise,
     settled_memory,
+    update_noise,
     whiten,
     whitening,
 )
@@ -67,12 +67,11 @@ def noise_of(axis: AxisState) -> Noise:
     return Noise(min(max(bandwidth, BANDWIDTHS[0]), BANDWIDTHS[1]), min(max(corner, CORNERS[0]), CORNERS[1]))
 
 
-def first_predictor(z: tuple[float, ...], axis_plan: AxisPlan, plan: Plan) -> PredictorState:
+def initial_predictor(z: tuple[float, ...], axis_plan: AxisPlan, plan: Plan) -> PredictorState:
     """Return the state at sample 0 of an axis, in steady state with its signals ``z`` = (phi, y)."""
     w = whitening(axis_plan.first[-2], axis_plan.first[-1], plan.filter, plan.sample_time)
-    memory = tuple([settled_memory(value, w) for value in z])
-    noise = first_noise(plan.angle_slopes[0])
-    return PredictorState(memory, noise, w, nothing_outside(axis_plan.reported), no_instruments(axis_plan.reported))
+    memory, n = tuple([settled_memory(value, w) for value in z]), axis_plan.reported
+    return PredictorState(memory, initial_noise(plan.angle_slopes[0]), w, initial_outside(n), initial_instruments(n))
 
 
 def predict_axis(
@@ -129,12 +128,12 @@ def predict_axis(
     axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors, excitation)
     stride = product_interval(h)
     if (count + n) % stride == 0:  # n differs between axes, so that they do this in different samples
-        outside = add_regressors(outside, regressors[:n], kept_information(count, stride, h, alpha), stride * h)
+        outside = update_outside(outside, regressors[:n], kept_information(count, stride, h, alpha), stride * h)
     outside = Outside(outside.innovation_sum + scale * e, *outside[1:])
     if len(b) > 0:
         retained, held = kept_information(count, stride, h, alpha), stride if count % stride == 0 else 0
-        instruments = add_signals(instruments, regressors[:n], scale * known, b, held, retained)
-    noise = remember(old_noise, e, certainty, d, h, c)
+        instruments = update_instruments(instruments, regressors[:n], scale * known, b, held, retained)
+    noise = update_noise(old_noise, e, certainty, d, h, c)
     return axis, PredictorState(tuple(memory), noise, w, outside, instruments)
 
 

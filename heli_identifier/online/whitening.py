@@ -190,7 +190,7 @@ class NoiseModel(NamedTuple):
     d3: float
 
 
-def first_noise(newest: float) -> NoiseModel:
+def initial_noise(newest: float) -> NoiseModel:
     """Return the noise model before the first innovation; ``newest`` [1/s^2] is d e / d (newest angle)."""
     deviation = newest * _FIRST_DEVIATION
     return NoiseModel(deviation * deviation, _FIRST_SAMPLES, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -203,7 +203,7 @@ def bandwidth_slope(n: NoiseModel, w: Whitening) -> float:
     return -(s1 * e1 + s2 * e2 + s3 * e3) - o1 * d1 - o2 * d2 - o3 * d3
 
 
-def remember(n: NoiseModel, e: float, certainty: float, d: float, h: float, newest: float) -> NoiseModel:
+def update_noise(n: NoiseModel, e: float, certainty: float, d: float, h: float, newest: float) -> NoiseModel:
     """Return the noise model after the innovation ``e`` [rad/s^2] with its derivative ``d``, 0 before nu is estimated.
 
     ``certainty`` is the share of its variance that is not due to the uncertainty of Omega, r / (r + phi^T Gamma phi);
