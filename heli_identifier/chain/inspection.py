@@ -145,9 +145,9 @@ def estimate_jitter(angles: Array, step: float) -> tuple[float, float]:
     if not xx.sum() > 0.0:
         return 0.0, 0.0
     slope = xy.sum() / xx.sum()
-    error = float(np.linalg.norm(xy - xx * slope) / xx.sum())
+    slope_error = float(np.linalg.norm(xy - xx * slope) / xx.sum())
     tau = np.sqrt(max(slope, 0.0) / 20.0)
-    return float(tau), float(error / 40.0 / tau) if tau > 0.0 else 0.0
+    return float(tau), float(slope_error / 40.0 / tau) if tau > 0.0 else 0.0
 
 
 def _refuse_unusable(log: Log) -> None:

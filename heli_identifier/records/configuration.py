@@ -185,7 +185,7 @@ class GivenRig:
     elevation_gain: float | None = bounded(None, "rad/s^2/V", 1e-3, 10.0)
     """Gain k_z of the elevation [rad/s^2/V], from geometry and a thrust measurement; None to estimate it. In closed
     loop the logs hardly determine it."""
-    horizontal: float | None = bounded(None, "rad", -1.0, 1.0)  # more than the arm's travel; a larger one is in degrees
+    horizontal: float | None = bounded(None, "rad", -1.0, 1.0)  # beyond the arm's range; a larger one is in degrees
     """Reading of the elevation's encoder with a horizontal arm [rad], for laws with a sine of the elevation; None to
     estimate it if such a law is found."""
     effects: Mapping[str, Estimate] = field(default_factory=dict)

@@ -23,7 +23,7 @@ from .units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 
 POSSIBLE_ANGLE = 2.5 * np.pi  # of pitch or elevation either way [rad]: a quarter of a turn, and a turn of the encoder
 SUSPICIOUS_ANGLE = np.pi  # of pitch or elevation either way [rad] above which a note asks for the unit
-POSSIBLE_SPEED = 4.0 * np.pi  # travel within a second [rad/s]
+POSSIBLE_SPEED = 4.0 * np.pi  # largest travel within a second [rad/s]
 SAME_VOLTAGE = 1e-3  # difference of two voltages [V] up to which they are the same
 STANDING_STILL = "a clamped axis or a dead encoder tells nothing about itself"
 LEAST_MOTION = 1e-3  # least range of an angle that moves [rad]: a count of an encoder of 4096 counts is 1.5e-3

@@ -79,7 +79,7 @@ def _estimate_sampling(time: Array, intervals: Array, median: float) -> tuple[fl
 
 
 def _samples_lost(intervals: Array, median: float, digit: float) -> bool:
-    """Whether every step is the usual one or a whole multiple of it: 10 and 20 ms, not 3 and 4 ms."""
+    """Whether samples were lost: all steps are whole multiples of the usual one: 10 and 20 ms, not 3 and 4 ms."""
     steps = np.round(intervals / median)
     multiples = steps.min() == 1.0 and steps.max() > 1.0 and np.abs(intervals - steps * median).max() < 1e-3 * median
     # If the usual step equals the last printed digit, there are two explanations: 700 Hz in whole milliseconds gives
