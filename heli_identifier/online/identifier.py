@@ -129,7 +129,7 @@ def step(
     signals = advance_signals(previous, now, h, assumed, settings.voltage_limit, f)
     if lag is not None:
         lag = advance_lag(lag, previous, signals, h, f)
-    z_1, z_2, z_3 = regressions(signals, lag, settings.rest_angle, plan.filter)
+    z_1, z_2, z_3 = regressions(signals, lag, settings.rest_angle, f)
     count, new_references = samples // decimation - plan.hold_samples, state.references
     if count >= 0 and plan.predicting:
         new_references = advance_references(new_references, references, count, h)

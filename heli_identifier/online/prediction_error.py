@@ -109,10 +109,10 @@ def predict_axis(
     known = regressand + e - c * innovation
     v[-1] = known - d * w.log_bandwidth - g * w.log_corner
     scale = 1.0 / sqrt(old_noise.variance * h)
-    regressors = [scale * x for x in (*v[:n], -d, -g, *v[n:])]
+    scaled = [scale * x for x in (*v[:n], -d, -g, *v[n:])]
 
     early, r = kept_information(count, 1, h), measurement_noise(alpha, h)
-    _, s = take_measurement(factor, omega, regressors, regressors[-1], r * early, exp(-alpha * h) * early)
+    _, s = take_measurement(factor, omega, scaled, scaled[-1], r * early, exp(-alpha * h) * early)
     certainty = r / (r + (s - r * early))
     interval = max(_MOST_PARAMETERS, round(_REFRESH / h))
     turn = count % interval
@@ -124,15 +124,15 @@ def predict_axis(
     if turn == n + 1:
         w = whitening(omega[n], omega[n + 1], plan.filter, h)
 
-    sums = tuple(map(add, sums, outer(regressors)))
+    sums = tuple(map(add, sums, outer(scaled)))
     axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors, excitation)
     stride = product_interval(h)
     if (count + n) % stride == 0:  # n differs between axes, so that they do this in different samples
-        outside = update_outside(outside, regressors[:n], kept_information(count, stride, h, alpha), stride * h)
+        outside = update_outside(outside, scaled[:n], kept_information(count, stride, h, alpha), stride * h)
     outside = Outside(outside.innovation_sum + scale * e, *outside[1:])
     if len(b) > 0:
         retained, held = kept_information(count, stride, h, alpha), stride if count % stride == 0 else 0
-        instruments = update_instruments(instruments, regressors[:n], scale * known, b, held, retained)
+        instruments = update_instruments(instruments, scaled[:n], scale * known, b, held, retained)
     noise = update_noise(old_noise, e, certainty, d, h, c)
     return axis, PredictorState(tuple(memory), noise, w, outside, instruments)
 

@@ -21,9 +21,6 @@ FARTHEST_TRAVEL = 1e4
 """Largest travel in either direction [rad]: 1600 turns, an hour of flight at half a turn a second."""
 
 
-EventKind = Literal["force", "slip"]
-
-
 @dataclass(frozen=True)
 class Event:
     """A passage of a log in which something other than the plant acts."""
@@ -38,7 +35,7 @@ class Event:
     start_in_file: float
     end_in_file: float
     """Start and end in the time of the log's file [s]."""
-    kind: EventKind
+    kind: Literal["force", "slip"]
     """`force` for an external force, `slip` for a step of the encoder's reading."""
     size: float
     """The acceleration of a force [rad/s^2], or the step of a slip [rad], with its sign."""
