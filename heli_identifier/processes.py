@@ -91,7 +91,7 @@ def _end(number: int, _frame: FrameType | None) -> None:
 
 
 def python_command(code: str, *arguments: str) -> list[str]:
-    """Give the command that runs ``code`` in another Python with the same module search path."""
+    """Return the command that runs ``code`` in another Python with the same module search path."""
     # without the working folder, "", which is the user's: a file there may have the name of a module
     folders = [folder for folder in sys.path if folder]
     return [sys.executable, "-P", "-c", f"import sys; sys.path[:] = {folders!r}; {code}", *arguments]
@@ -108,7 +108,7 @@ def end_process(process: "Popen[bytes]") -> None:
 
 
 def memory_limits() -> list[tuple[int, str]]:
-    """Give the limits of this process's memory [bytes] and the command that sets each; Windows has none."""
+    """Return the limits of this process's memory [bytes] and the command that sets each; Windows has none."""
     kinds = ((resource.RLIMIT_AS, "ulimit -v"), (resource.RLIMIT_DATA, "ulimit -d")) if _IS_POSIX else ()
     limits = [(resource.getrlimit(kind)[0], command) for kind, command in kinds]
     return [(limit, command) for limit, command in limits if limit != resource.RLIM_INFINITY]

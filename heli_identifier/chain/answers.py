@@ -37,7 +37,7 @@ NOISY = -0.4
 
 
 def undo_delays(logs: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[Defect, ...], frozenset[str]]:
-    """Shift late angles of a rig in closed loop; give the logs, the defects, and the axes that are surely on time."""
+    """Shift late angles of a rig in closed loop; return the logs, the defects, and the axes that are surely on time."""
     corrected, defects, prompt = list(logs), list[Defect](), set[str]()
     for column, axis in enumerate(ANGLES):
         delays = [delay for log in logs if (delay := _estimate_delay(log, column)) is not None]
@@ -58,7 +58,7 @@ def undo_delays(logs: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[Defect, ...
 def controller_samples(log: Log) -> tuple[NDArray[np.intp], int, int]:
     """Find the samples at which a controller, which may be slower than the log, renews the voltages.
 
-    Gives also the number of samples from one to the next, and the number of changes of the voltages.
+    Returns also the number of samples from one to the next, and the number of changes of the voltages.
     """
     changes = np.flatnonzero(np.any(np.diff(log.voltages, axis=0) != 0.0, axis=1)) + 1
     hold = max(1, int(np.median(np.diff(changes)))) if len(changes) > 10 else 1
@@ -98,7 +98,7 @@ def _estimate_delay(log: Log, column: int) -> float | None:
 
 
 def _r_squared(y: Array, X: Array) -> float:
-    """Give R2 of a regression of y (n,) on X (n, k)."""
+    """Return R2 of a regression of y (n,) on X (n, k)."""
     residual = y - X @ np.linalg.lstsq(X, y, rcond=None)[0]
     return 1.0 - float(residual @ residual) / float(y @ y)
 

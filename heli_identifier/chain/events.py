@@ -64,12 +64,12 @@ def mark_events(logs: Sequence[Log], events: Sequence[Event]) -> tuple[Log, ...]
 
 
 def passages(events: Sequence[Event]) -> list[tuple[float, float]]:
-    """Give the passages to leave out around the events of a log: start and end [s] since its first sample."""
+    """Return the passages to leave out around the events of a log: start and end [s] since its first sample."""
     return [(event.start - MARGIN, event.end + MARGIN) for event in events]
 
 
 def undo_slips(logs: Sequence[Log], events: Sequence[Event]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
-    """Shift back the readings after each slip of an encoder; give the logs, and a sentence for each slip."""
+    """Shift back the readings after each slip of an encoder; return the logs, and a sentence for each slip."""
     corrected, notes = list[Log](), list[str]()
     for log in logs:
         angles = log.angles.copy()
@@ -119,7 +119,7 @@ def _reduce_rate(log: Log) -> Log:
 
 
 def local_cubic(values: Array, step: float, window: float, order: int = 0, ends: str = "interp") -> Array:
-    """Give the derivative of ``order`` of a signal (N, ...) by local cubics over ``window`` [s].
+    """Return the derivative of ``order`` of a signal (N, ...) by local cubics over ``window`` [s].
 
     By default the ``ends`` are those of the first and last cubic; "nearest" is faster and enough if nobody reads them.
     """
@@ -133,7 +133,7 @@ def _window_length(step: float, window: float) -> int:
 
 
 def _excess_over_neighbours(log: Log) -> Array:
-    """Give by how much each change of the angles [rad] lies outside the range of the rates before and after it."""
+    """Return by how much each change of the angles [rad] lies outside the range of the rates before and after it."""
     width, change = int(RATE_WINDOW / log.step) | 1, np.diff(log.angles, axis=0)
     excess = np.zeros_like(change)
     if len(change) > 2 * width:

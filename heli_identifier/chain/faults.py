@@ -88,21 +88,21 @@ def parabola_samples(h: float) -> int:
 
 
 def _undo_late_angle(logged: Array, h: float, size: float) -> Array:
-    """Give x(t), extrapolated at the end by a straight line."""
+    """Return x(t), extrapolated at the end by a straight line."""
     n, slope = round(size / h), savgol_filter(logged, parabola_samples(h), 2, 1)
     shifted = np.concatenate((logged[n:], logged[-1] + slope[-1] * np.arange(1, n + 1)))
     return np.asarray(shifted + (size / h - n) * np.append(slope[n:], np.full(n, slope[-1])))
 
 
 def _undo_late_voltage(logged: Array, h: float, size: float) -> Array:
-    """Give the mean of v(t) over each sample: a fraction of it belongs to the next logged sample."""
+    """Return the mean of v(t) over each sample: a fraction of it belongs to the next logged sample."""
     samples, fraction = divmod(size / h, 1.0)
     shifted = np.concatenate((logged[int(samples) :], np.full(int(samples), logged[-1])))
     return np.asarray((1.0 - fraction) * shifted + fraction * np.append(shifted[1:], logged[-1]))
 
 
 def _undo_low_pass(logged: Array, h: float, size: float) -> Array:
-    """Give v = y + size y', the filter y_k = a y_(k-1) + (1 - a) v_k solved for v with size = h a / (1 - a)."""
+    """Return v = y + size y', the filter y_k = a y_(k-1) + (1 - a) v_k solved for v with size = h a / (1 - a)."""
     return np.asarray(logged + size / h * np.diff(logged, prepend=logged[:1]))
 
 
@@ -130,7 +130,7 @@ def _undo_backlash(logged: Array, h: float, size: float) -> Array:
 
 
 def _play_operator(x: Array, gap: float) -> Array:
-    """Give y (N,), which stays as near to its last value as half of the gap around x (N,) allows."""
+    """Return y (N,), which stays as near to its last value as half of the gap around x (N,) allows."""
     # y_k = max(low_k, min(high_k, y_k-1)). Two such steps are again one such step, so those of 2, 4, 8 ... samples
     # follow from each other.
     low, high, reach = x - 0.5 * gap, x + 0.5 * gap, 1

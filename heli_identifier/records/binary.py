@@ -64,7 +64,7 @@ def read_binary(data: bytes, ending: str, file: str, format: LogFormat) -> Table
 
 
 def read_apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file: str) -> Any:
-    """Call ``read`` with ``arguments`` in a separate process, which may crash; give its result or raise its LogError.
+    """Call ``read`` with ``arguments`` in a separate process, which may crash; return its result or raise its LogError.
 
     If the process gives no answer, a LogError names ``file``, which has ``size`` [bytes].
     """
@@ -202,7 +202,7 @@ def _read_matlab(path: Path, file: str, format: LogFormat) -> _Columns:
 
 
 def _find_vectors(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
-    """Give the columns of a variable, each with its name."""
+    """Return the columns of a variable, each with its name."""
     if hasattr(value, "columns") and hasattr(value, "index"):  # a table, which mat-io reads as a data frame
         times = {"time": value.index.to_series()} if value.index.dtype.kind == "m" else {}
         for column, series in (times | dict(value.items())).items():
@@ -230,7 +230,7 @@ def _find_vectors(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
 
 
 def _list_structs(value: Any) -> list[dict[str, Any]]:
-    """Give a struct, or each of an array of structs, as a dictionary of its fields; an empty list for other values."""
+    """Return a struct, or each of an array of structs, as a dictionary of its fields; nothing for other values."""
     if isinstance(value, dict):
         return [value]
     array = np.squeeze(np.asarray(value))

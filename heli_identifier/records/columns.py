@@ -52,7 +52,7 @@ class Table:
     notes: tuple[str, ...] = ()  # what was left out of the file
 
     def numbers(self, column: Column, rows: slice) -> Array:
-        """Give the cells of a signal within ``rows`` in SI units, shape (N,), with the file's sign.
+        """Return the cells of a signal within ``rows`` in SI units, shape (N,), with the file's sign.
 
         A LogError names the first cell that is empty, not a number or not finite, or says that counts are not whole.
         """
@@ -79,7 +79,7 @@ class Table:
         return values
 
     def values(self, column: Column) -> Array:
-        """Give all cells of a signal in SI units, shape (N,); NaN where a cell holds no number and no time stamp."""
+        """Return all cells of a signal in SI units, shape (N,); NaN where a cell holds no number and no time stamp."""
         cells = self.columns[column.index]
         if column.unit == STAMP:
             return read_stamps(cells)
@@ -203,5 +203,5 @@ def name_and_unit(text: str) -> tuple[str, str | None]:
 
 
 def plain_name(text: str) -> str:
-    """Give the name in a header, without the path of a struct, in lower case, with underscores for blanks."""
+    """Return the name in a header, without the path of a struct, in lower case, with underscores for blanks."""
     return re.sub(r"[\s-]+", "_", name_and_unit(text)[0].strip().rpartition(".")[2].lower())

@@ -96,7 +96,7 @@ class LogFormat:
         refuse(not self.largest_file > 0.0, f"log.largest_file = {self.largest_file:g} MB must be positive.")
 
     def sign(self, signal: str) -> int:
-        """Give +1 or -1, the factor from the file's sign to the project's."""
+        """Return +1 or -1, the factor from the file's sign to the project's."""
         return self.signs.get(signal, 1)
 
     def oriented(self, signals: Mapping[str, Any]) -> dict[str, Any]:
@@ -114,7 +114,7 @@ class LogFormat:
         return values | {name: self.sign("v_sum") * values[name] for name in VOLTAGES}
 
     def counts_per_turn(self, signal: str) -> int:
-        """Give the counts per turn of an angle's encoder; 1 for a signal without an encoder."""
+        """Return the counts per turn of an angle's encoder; 1 for a signal without an encoder."""
         return self.encoder_counts[ANGLES.index(signal)] if SI_UNIT[signal] == "rad" else 1
 
 

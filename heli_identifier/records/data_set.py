@@ -34,7 +34,7 @@ def read_logs(
     start: float | None = None,
     end: float | None = None,
 ) -> tuple[Log, ...]:
-    """Give one log or several logs of one rig with unique names; paths are read by `read_log`."""
+    """Return one log or several logs of one rig with unique names; paths are read by `read_log`."""
     sources = [logs] if isinstance(logs, Log | str | PathLike) else list(logs)
     return _make_names_unique([log if isinstance(log, Log) else read_log(log, format, start, end) for log in sources])
 
@@ -54,7 +54,7 @@ def read_data_set(
 
 @check_types
 def demo_files(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
-    """Give the files of the training logs and of the held-out logs of a demonstration rig, one of `DEMO_RIGS`."""
+    """Return the files of the training logs and of the held-out logs of a demonstration rig, one of `DEMO_RIGS`."""
     if rig not in DEMO_RIGS:
         raise LogError(f"there is no demonstration rig {rig!r}; choose one of {', '.join(DEMO_RIGS)}.")
     folder = Path(__file__).resolve().parent.parent / "demo_logs" / rig
@@ -82,7 +82,7 @@ def _make_names_unique(logs: Sequence[Log]) -> tuple[Log, ...]:
 
 
 def common_configuration(logs: Sequence[Log]) -> RigConfiguration | None:
-    """Give the configuration that all logs were read with; None if there is none, or not the same for all."""
+    """Return the configuration that all logs were read with; None if there is none, or not the same for all."""
     first, *others = [log.configuration for log in logs] or [None]
     return first if all(other == first for other in others) else None
 
@@ -131,7 +131,7 @@ def check_apart(training: Sequence[Log], held_out: Sequence[Log]) -> None:
 
 
 def count_once(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
-    """Leave out training logs that share flight with a longer one, such as its excerpts; give a note for each."""
+    """Leave out training logs that share flight with a longer one, such as its excerpts; return a note for each."""
     kept, notes = list[Log](), list[str]()
     for log in sorted(training, key=lambda log: -log.duration):
         shared = ((longer, flight) for longer in kept if (flight := shared_flight(longer, log)))

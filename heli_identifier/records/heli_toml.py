@@ -38,7 +38,7 @@ _LIST_NAMES = {2: "the coefficient and its standard deviation, as [1.0, 0.1]", 3
 
 
 def read_examples() -> dict[str, Any]:
-    """Give every key of the file with an example of its value: the template with its commented examples."""
+    """Return every key of the file with an example of its value: the template with its commented examples."""
     lines = _TEMPLATE.read_text("utf-8").splitlines()
     return tomllib.loads("\n".join(line.removeprefix("# ") if " = " in line else line for line in lines))
 
@@ -65,7 +65,7 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
 
 
 def _read_section(prefix: str, content: dict[str, Any], examples: dict[str, Any]) -> dict[str, Any]:
-    """Give the values of a section, each of the type of its example; effects may have any name."""
+    """Return the values of a section, each of the type of its example; effects may have any name."""
     for name in content:
         if name not in examples and prefix != "rig.effects.":
             quoted = name if re.fullmatch(r"[\w-]+", name) else repr(name)
@@ -76,7 +76,7 @@ def _read_section(prefix: str, content: dict[str, Any], examples: dict[str, Any]
 
 
 def _read_value(key: str, value: Any, example: Any) -> Any:
-    """Give the value of a key, if it has the type of its example; a list as a tuple."""
+    """Return the value of a key, if it has the type of its example; a list as a tuple."""
     if isinstance(example, float) and type(value) is int:
         value = float(min(max(value, -1e300), 1e300))  # it may be larger than any float
     if isinstance(example, list) and isinstance(value, list) and len(value) == len(example):
@@ -108,7 +108,7 @@ def _make_configuration(content: dict[str, dict[str, Any]]) -> RigConfiguration:
 
 
 def _read_pid(section: dict[str, Any], voltage_limit: float) -> PidSettings | None:
-    """Give the PID of its section, with gains of 0 for the loops that are missing; None if all are missing."""
+    """Return the PID of its section, with gains of 0 for the loops that are missing; None if all are missing."""
     loops, trim = {axis: AxisGains(*section[axis]) for axis in ANGLES if axis in section}, section.get("trim", 0.0)
     for axis, gains in loops.items():
         units = ("1", "1/s", "s") if axis == "travel" else ("V/rad", "V/(rad s)", "V s/rad")
@@ -131,7 +131,7 @@ def write_template(path: str | PathLike[str], guess: "Guess | None" = None) -> P
 
 
 def template_text(guess: "Guess | None" = None) -> str:
-    """Give the text of the template, with guessed values and their reasons in place of the defaults."""
+    """Return the text of the template, with guessed values and their reasons in place of the defaults."""
     lines = _TEMPLATE.read_text("utf-8").splitlines()
     if guess is None:
         return "\n".join([*lines, ""])

@@ -38,7 +38,7 @@ LARGEST_DIFFERENCE = 0.2  # share of an angle's power that the difference of a s
 def shared_flight(one: Log, other: Log) -> tuple[float, float, float] | None:
     """Find a stretch of flight that two logs share, by their angles: two flights may have the same voltages.
 
-    Gives its start in either log since its first sample [s], and its length [s]; None if they share less than
+    Returns its start in either log since its first sample [s], and its length [s]; None if they share less than
     :data:`PIECES` pieces in which two axes move, and are not read from the same bytes.
     """
     begin, end = max(one.start, other.start), min(one.start + one.duration, other.start + other.duration)

@@ -55,7 +55,7 @@ _OFF_TURN = 0.5  # largest motion of the rig during a jump [rad]: 25 rad/s at th
 
 
 def unwrap_angle(angle: Array, signal: str, file: str, row: int) -> tuple[Array, list[str]]:
-    """Unwrap an angle [rad], shape (N,), and give it with notes; ``row`` is that of its first sample in the file.
+    """Unwrap an angle [rad], shape (N,), and return it with notes; ``row`` is that of its first sample in the file.
 
     A LogError names the row in which the angle jumps by more than half a turn, but not by one or two whole turns, or
     leaves for one sample: the encoder or the logger failed.

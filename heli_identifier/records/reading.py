@@ -112,7 +112,7 @@ def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
 
 
 def _decompress(data: bytes, path: Path, largest: float) -> bytes:
-    """Give the content of a gzip file of at most ``largest`` MB."""
+    """Return the content of a gzip file of at most ``largest`` MB."""
     content = bytearray()
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:

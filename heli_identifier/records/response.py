@@ -51,7 +51,7 @@ class Filtered(NamedTuple):
 
 
 def average(columns: Array, rate_hz: float) -> tuple[Array, float]:
-    """Average columns, shape (N, k), over blocks; give the means, shape (M, k), and their step [s]."""
+    """Average columns, shape (N, k), over blocks; return the means, shape (M, k), and their step [s]."""
     width = max(1, round(rate_hz / _COARSE_HZ))
     count = len(columns) // width
     return columns[: count * width].reshape(count, width, -1).mean(axis=1), width / rate_hz

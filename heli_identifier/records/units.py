@@ -53,7 +53,7 @@ _UNIT_HINTS = {
 
 
 def header(signal: str) -> str:
-    """Give the standard column header of a signal, such as ``pitch [rad]``."""
+    """Return the standard column header of a signal, such as ``pitch [rad]``."""
     return f"{signal} [{SI_UNIT[signal]}]"
 
 
@@ -71,7 +71,7 @@ def known_units(signal: str) -> tuple[str, ...]:
 
 
 def parse_unit(signal: str, text: str) -> str | None:
-    """Give the unit that a text names, one of `known_units` of the signal; None if it is unknown or ambiguous."""
+    """Return the unit that a text names, one of `known_units` of the signal; None if it is unknown or ambiguous."""
     return _UNIT_BY_NAME[SI_UNIT[signal]].get(text.strip().lower())
 
 
@@ -82,5 +82,5 @@ def explain_unit(signal: str, text: str) -> str:
 
 
 def factor_to_si(signal: str, unit: str, counts_per_turn: int) -> float:
-    """Give the factor to SI from `unit`, one of `known_units(signal)`; counts are those of the signal's encoder."""
+    """Return the factor to SI from `unit`, one of `known_units(signal)`; counts are those of the signal's encoder."""
     return 2.0 * math.pi / counts_per_turn if unit == "counts" else _UNITS[SI_UNIT[signal]][unit][0]
