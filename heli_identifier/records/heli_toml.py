@@ -31,7 +31,6 @@ _LARGEST_MB = 1.0  # largest file that is read
 _TEMPLATE = Path(__file__).with_name("heli.toml.template")
 _ENTRY = re.compile(r"(# )?(?P<key>\w+) = .*?  # (?P<comment>.*)")
 
-
 _TYPE_NAMES = {str: "a text in quotes", int: "a whole number", bool: "true or false", float: "a number"}
 _LIST_NAMES = {2: "the coefficient and its standard deviation, as [1.0, 0.1]", 3: "a list of three numbers"}
 """Descriptions of the types, and of lists by their length."""

@@ -29,7 +29,7 @@ _OFTEN_DOUBLED = 0.24  # share of doubled steps from which the digits are too fe
 
 
 def find_sampling(time: Array, file: str, row: int) -> tuple[float, Array | None, list[str]]:
-    """Find the uniform rate [Hz] behind the instants [s] of a log, shape (N,); ``row`` is that of the first in the file.
+    """Find the uniform rate [Hz] behind the instants [s] of a log, shape (N,); the first one is in ``row``.
 
     Returns the rate, the uniform instants, shape (M,), if those of the log are uneven, else None, and notes. A LogError
     names the row in which time does not increase or has too long a gap, or says that rate or length are out of bounds.
