@@ -1,14 +1,13 @@
-"""Files that are written whole or not at all, files that may be anything, and drafts.
+"""Write files whole or not at all, read files that may be anything, and make temporary folders (drafts).
 
 A regular file is replaced by a rename, so that a reader finds the old content or the new one, never a part. A link is
-followed. What is no regular file (a device, a pipe), or is standard output, cannot be replaced without destroying it:
-it is written through.
+followed. A device, a pipe or standard output cannot be replaced, so the data is written into it.
 
-A draft exists only while its block runs. SIGKILL and a loss of power leave one. Whoever makes the next draft in the
-same folder removes those in which nothing was written for a week.
+A draft folder is removed when its block ends. SIGKILL and a loss of power leave one behind. The next draft in the same
+folder removes those in which nothing was written for a week.
 
 A few kilobytes of zip can hold a petabyte, and an entry's name can lead out of the folder that it is unpacked into. So
-the directory of a stranger's archive is read before it is unpacked.
+the table of contents of an archive is checked before it is unpacked.
 """
 
 import errno
@@ -32,13 +31,13 @@ LARGEST_ARCHIVE = 2_000_000_000
 """Bytes that an archive may hold unpacked. The largest FMUs, with tables in them, have some hundred megabytes."""
 
 KEPT: list[Path] = []
-"""Files that the command of this process reads: no result replaces one of them."""
+"""Files that the command of this process reads; no result may replace one of them."""
 
-_BLOCK = 4096  # bytes of a disk that an entry takes at least
-_ABANDONED = 7 * 86400.0  # age of a draft in which no process works [s]
+_DISK_BLOCK = 4096  # least size of an entry on a disk [bytes]
+_ABANDONED = 7 * 86400.0  # age from which a draft is taken for abandoned [s]
 
 _KINDS = {"d": "a folder", "p": "a pipe", "c": "a device", "b": "a device", "s": "a socket"}
-"""By the first letter of what ``ls -l`` shows."""
+"""Kinds of files by the first letter that ``ls -l`` shows."""
 
 
 def is_kept(path: Path) -> bool:
@@ -47,33 +46,33 @@ def is_kept(path: Path) -> bool:
 
 
 def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
-    """Write a file so that a reader finds the old content or the new one, never a part; folders above it are made.
+    """Write a file so that a reader finds the old content or the new one, never a part; make the folders above it.
 
-    It may also be a device or a pipe. Text is written as UTF-8 with its own line ends; what UTF-8 cannot hold becomes a
-    question mark. An OSError names the file, which is then untouched.
+    The path may also be a device or a pipe. Text is written as UTF-8 with unchanged line ends; a character that UTF-8
+    cannot hold becomes a question mark. An OSError names the file, which is then unchanged.
     """
     target = Path(path)
     data = content.encode("utf-8", "replace") if isinstance(content, str) else content
     try:
         present, is_output = None, False
         with suppress(FileNotFoundError, NotADirectoryError):
-            present = target.stat()  # what stands at the end of all links; a link to itself is an error
-        with suppress(OSError):  # standard output is closed
+            present = target.stat()  # follows links; a link to itself is an error
+        with suppress(OSError):  # standard output may be closed
             is_output = present is not None and os.path.samestat(present, os.fstat(1))
         if present is not None and stat.S_ISDIR(present.st_mode):
             raise IsADirectoryError(errno.EISDIR, "it is a folder, a file is needed")
         if is_output:
-            with open(os.dup(1), "wb") as file:  # what `-o /dev/stdout >> FILE` finds in FILE must stay
+            with open(os.dup(1), "wb") as file:  # `-o /dev/stdout >> FILE` must keep the content of FILE
                 file.write(data)
         elif present is None or stat.S_ISREG(present.st_mode):
             _replace(Path(os.path.realpath(target)), present, data)
-        else:  # without NO_WAIT a pipe that nobody reads would be waited for without end
+        else:  # without NO_WAIT, opening a pipe that nobody reads would wait for ever
             with open(os.open(target, os.O_WRONLY | NO_WAIT), "wb") as file:
                 if NO_WAIT:
                     os.set_blocking(file.fileno(), True)
                 file.write(data)
     except OSError as error:
-        # An error of a write, such as a full disk, names no file, and one of the draft names the draft.
+        # The error of a write, such as a full disk, names no file, and that of a draft names the draft.
         raise OSError(error.errno, error.strerror, str(path)) from error
     return target
 
@@ -92,13 +91,13 @@ def _replace(target: Path, present: os.stat_result | None, data: bytes) -> None:
 def given_bytes(
     path: Path, largest: float, kind: type[Exception], missing: str = "", folder: str = "", large: str = ""
 ) -> bytes:
-    """Read a file that somebody named, which may be anything, up to a size of ``largest`` [MB].
+    """Read a file that a user named, which may be anything, up to a size of ``largest`` [MB].
 
-    An error of ``kind`` says in a sentence why it cannot be read; ``missing``, ``folder`` and ``large`` are what to do
-    where it is missing, a folder, or too large.
+    An error of ``kind`` says in a sentence why the file cannot be read; ``missing``, ``folder`` and ``large`` tell the
+    user what to do if it is missing, a folder, or too large.
     """
     try:
-        # Looked at before it is opened: a pipe without a writer would be waited for without end.
+        # Its status is read before it is opened: opening a pipe without a writer would wait for ever.
         status = path.stat()
         if folder and stat.S_ISDIR(status.st_mode):
             problem = f"is a folder; {folder}"
@@ -109,7 +108,7 @@ def given_bytes(
             problem = f"cannot be read: it has {status.st_size / 1e6:.4g} MB, more than {largest:g} MB{large}"
         else:
             with open(path, "rb") as file:
-                return file.read(status.st_size)  # a file that grows is read as far as it went, one of /proc not at all
+                return file.read(status.st_size)  # ignores what is appended meanwhile; a file of /proc has no size
     except FileNotFoundError:
         problem = f"does not exist{missing}"
     except OSError as error:
@@ -119,11 +118,8 @@ def given_bytes(
 
 @contextmanager
 def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
-    """Give a new folder within ``folder``, by default that of temporary files; it is removed when the block ends.
-
-    An OSError names the folder in which it cannot be made.
-    """
-    # the place of temporary files is looked for by writing one, and in vain where the disk is full
+    """Make a folder in ``folder``, by default that of temporary files, for the block; an OSError names ``folder``."""
+    # gettempdir tries to write a file, which fails if the disk is full
     parent = Path(tempfile.gettempdir() if folder is None else folder)
     path = parent / f"{PREFIX}{secrets.token_hex(8)}"
     with undo_at_end(lambda: shutil.rmtree(path, ignore_errors=True)):
@@ -138,18 +134,18 @@ def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
 def sweep(folder: Path, now: float) -> None:
     """Remove the drafts in ``folder`` that ended processes have left behind.
 
-    ``now`` is when a file was written just now [s], since the clock of a process may be wrong by years.
+    ``now`` is the time stamp of a file written just now [s], since the clock of a process may be wrong by years.
     """
-    with suppress(OSError):  # it does not exist or cannot be listed; whoever writes there will say so
+    with suppress(OSError):  # a folder that is missing or cannot be listed is reported when it is written to
         for draft in folder.glob(f"{PREFIX}*"):
-            with suppress(FileNotFoundError):  # its process ends at this moment
+            with suppress(FileNotFoundError):  # its process may be removing it
                 written = max(path.lstat().st_mtime for path in (draft, *draft.rglob("*")))
                 if now - written > _ABANDONED:
-                    shutil.rmtree(draft, ignore_errors=True)  # it may be somebody else's
+                    shutil.rmtree(draft, ignore_errors=True)  # it may belong to another user
 
 
 def check_zip(path: Path) -> None:
-    """Refuse a zip that cannot be unpacked safely; zipfile refuses what is encrypted, and makes a file of a link.
+    """Refuse a zip that cannot be unpacked safely; zipfile refuses encrypted ones and unpacks a link as a file.
 
     A ValueError says that it is no zip, holds more than :data:`LARGEST_ARCHIVE`, or has an entry outside of its folder.
     """
@@ -162,6 +158,6 @@ def check_zip(path: Path) -> None:
         name = PurePosixPath(entry.filename.replace("\\", "/"))
         if name.is_absolute() or ".." in name.parts or ":" in (name.parts or ("",))[0]:
             raise ValueError(f"its entry {entry.filename!r} lies outside of the archive")
-    if (unpacked := sum(max(entry.file_size, _BLOCK) for entry in entries)) > LARGEST_ARCHIVE:
+    if (unpacked := sum(max(entry.file_size, _DISK_BLOCK) for entry in entries)) > LARGEST_ARCHIVE:
         most = f"at most {LARGEST_ARCHIVE / 1e9:g} GB are unpacked"
         raise ValueError(f"it holds {unpacked / 1e9:.3g} GB unpacked, {most}")

@@ -1,12 +1,12 @@
-"""Processes: signals that ask one to end, what it undoes before, its children, and the memory that it may take.
+"""Processes: the signals that end one, its clean-up, its child processes, and the memory that it may take.
 
-Where :func:`handled_here` has been called, SIGTERM, SIGHUP and Ctrl-C end the process from within their handler: its
-child processes are ended, what :func:`undo_at_end` names is undone, and the exit code is 128 and the signal's number,
-as a shell gives it. An exception would not do. Python drops one that a signal raises within the callback of a weak
-reference or a ``__del__``, and a library may drop it or make another one of it.
+Within a block of :func:`handled_here`, SIGTERM, SIGHUP and Ctrl-C end the process from within their handler: it kills
+the child processes, calls what :func:`undo_at_end` has registered, and exits with 128 plus the signal's number, as a
+shell does. An exception would not be enough: Python drops one that a signal raises within the callback of a weak
+reference or a ``__del__``, and a library may swallow or replace it.
 
-What differs between POSIX and Windows stands here; no other module asks which system this is. On Windows resource does
-not exist, nor do fork and SIGHUP, and an open file can be neither removed nor replaced.
+All differences between POSIX and Windows are in this module. Windows has no resource, fork and SIGHUP, and an open file
+can be neither removed nor replaced there.
 """
 
 import os
@@ -32,13 +32,13 @@ except ImportError:
 NEW_GROUP: dict[str, Any] = (
     {"creationflags": 0x200} if sys.platform == "win32" else {"start_new_session": True}  # CREATE_NEW_PROCESS_GROUP
 )
-"""Options of Popen for a process that does not hear Ctrl-C."""
+"""Options of Popen for a process that does not receive Ctrl-C."""
 
 LONGEST_WAIT = None if _IS_POSIX else 0.5
-"""Longest wait for another process at a time [s]: on Windows Ctrl-C is not heard before a wait is over."""
+"""Longest single wait for another process [s]: on Windows Ctrl-C has no effect before a wait is over."""
 
 NO_WAIT = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
-"""Flags to open a pipe without a wait for its other end, and a terminal without becoming its process."""
+"""Flags to open a pipe without waiting for its other end, and a terminal without taking control of it."""
 
 _ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGINT", "SIGBREAK") if hasattr(signal, name))
 
@@ -47,8 +47,8 @@ _to_undo: list[tuple[int, Callable[[], object]]] = []
 
 @contextmanager
 def undo_at_end(undo: Callable[[], object]) -> Iterator[None]:
-    """Call ``undo`` at the end of the block, or when a signal ends the process within it; twice must do no harm."""
-    entry = (os.getpid(), undo)  # a forked process leaves its parent's things alone
+    """Call ``undo`` when the block ends or a signal ends the process within it; calling it twice must do no harm."""
+    entry = (os.getpid(), undo)  # a forked process must not undo what its parent has registered
     _to_undo.append(entry)
     try:
         yield
@@ -59,30 +59,30 @@ def undo_at_end(undo: Callable[[], object]) -> Iterator[None]:
 
 @contextmanager
 def handled_here() -> Iterator[None]:
-    """Let the signals that ask a command to end do so at once, and clean up, while the block runs.
+    """While the block runs, let the signals that ask a command to end clean up and end the process at once.
 
-    A signal that is ignored stays so: SIGHUP under nohup, Ctrl-C in the background.
+    A signal that is ignored stays ignored: SIGHUP under nohup, Ctrl-C in the background.
     """
-    heard = {}
+    previous = {}
     if current_thread() is main_thread():  # Python handles signals only there
-        before = {number: signal.getsignal(number) for number in _ENDING}
-        heard = {number: own for number, own in before.items() if own not in (signal.SIG_IGN, None)}
-    for number in heard:
+        handlers = {number: signal.getsignal(number) for number in _ENDING}
+        previous = {number: handler for number, handler in handlers.items() if handler not in (signal.SIG_IGN, None)}
+    for number in previous:
         signal.signal(number, _end)
     try:
         yield
     finally:
-        for number, own in heard.items():
-            signal.signal(number, own)
+        for number, handler in previous.items():
+            signal.signal(number, handler)
 
 
 def _end(number: int, _frame: FrameType | None) -> None:
-    for other in _ENDING:  # a second one would end the cleaning up
-        signal.signal(other, signal.SIG_IGN)
+    for ending in _ENDING:  # a second signal would interrupt the clean-up
+        signal.signal(ending, signal.SIG_IGN)
     processes = sys.modules.get("multiprocessing")
     for child in processes.active_children() if processes else []:
         child.kill()
-        child.join()  # it may write until it is gone
+        child.join()  # it may write until it has ended
     for process, undo in reversed(_to_undo):
         if process == os.getpid():
             with suppress(Exception):
@@ -91,16 +91,14 @@ def _end(number: int, _frame: FrameType | None) -> None:
 
 
 def python_command(code: str, *arguments: str) -> list[str]:
-    """Give the command of a Python that runs ``code`` and finds modules where this one does.
-
-    The working folder is left out: it is the user's, and a file there may have the name of a module.
-    """
-    places = [place for place in sys.path if place]
-    return [sys.executable, "-P", "-c", f"import sys; sys.path[:] = {places!r}; {code}", *arguments]
+    """Return the command that runs ``code`` in another Python with the same module search path."""
+    # without the working folder, "", which is the user's: a file there may have the name of a module
+    folders = [folder for folder in sys.path if folder]
+    return [sys.executable, "-P", "-c", f"import sys; sys.path[:] = {folders!r}; {code}", *arguments]
 
 
 def end_process(process: "Popen[bytes]") -> None:
-    """End a process and wait for its end; on POSIX Popen.wait would wait for itself where a signal interrupted it."""
+    """Kill a process and wait for its end; on POSIX Popen.wait would deadlock if a signal had interrupted it."""
     process.kill()
     if _IS_POSIX:
         with suppress(ChildProcessError):
@@ -110,20 +108,20 @@ def end_process(process: "Popen[bytes]") -> None:
 
 
 def memory_limits() -> list[tuple[int, str]]:
-    """Give the limits of this process's memory [bytes] with the commands that set them; Windows has none."""
+    """Return the limits of this process's memory [bytes] and the command that sets each; Windows has none."""
     kinds = ((resource.RLIMIT_AS, "ulimit -v"), (resource.RLIMIT_DATA, "ulimit -d")) if _IS_POSIX else ()
-    found = [(resource.getrlimit(kind)[0], name) for kind, name in kinds]
-    return [(limit, name) for limit, name in found if limit != resource.RLIM_INFINITY]
+    limits = [(resource.getrlimit(kind)[0], command) for kind, command in kinds]
+    return [(limit, command) for limit, command in limits if limit != resource.RLIM_INFINITY]
 
 
 def bound_memory(more: int) -> None:
-    """Let this process take at most ``more`` bytes beyond its memory, and leave no image of it; not on Windows."""
+    """Let this process take at most ``more`` bytes beyond its present memory and no core dump; not on Windows."""
     if not _IS_POSIX:
         return
-    held = 0  # where there is no /proc, as on macOS, it is little beside the bound
+    present = 0  # without /proc, as on macOS: it is small compared with the bound
     with suppress(OSError):
-        held = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-    for kind, bound in ((resource.RLIMIT_AS, held + more), (resource.RLIMIT_CORE, 0)):
-        now, hard = resource.getrlimit(kind)
+        present = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    for kind, bound in ((resource.RLIMIT_AS, present + more), (resource.RLIMIT_CORE, 0)):
+        soft, hard = resource.getrlimit(kind)
         with suppress(ValueError, OSError):  # macOS may refuse to bound the memory
-            resource.setrlimit(kind, (bound if now == resource.RLIM_INFINITY else min(now, bound), hard))
+            resource.setrlimit(kind, (bound if soft == resource.RLIM_INFINITY else min(soft, bound), hard))

@@ -1,4 +1,4 @@
-"""Where results come from: the command, the versions that took part, the day."""
+"""Where results come from: the command, the versions of the packages, the day."""
 
 import platform
 import shlex
@@ -13,7 +13,7 @@ PACKAGES = ("heli-twin", "numpy", "scipy", "numba", "pythonfmu", "fmpy")
 
 
 def installed_version(name: str) -> str:
-    """Give the version of a distribution; "not installed" where it is missing."""
+    """Return the version of a distribution; "not installed" where it is missing."""
     try:
         return version(name)
     except PackageNotFoundError:
@@ -25,7 +25,7 @@ __version__ = installed_version("heli-twin")
 
 
 def provenance() -> dict[str, Any]:
-    """Give the provenance of what this process computes now: its command line, if it is a command of `heli`."""
+    """Return the provenance of this process's results: the command line (if it is one of `heli`), date, versions."""
     program, *words = sys.argv
     is_command = Path(program).stem in ("heli", "heli_command")
     return {

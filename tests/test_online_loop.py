@@ -12,9 +12,9 @@ from scipy.signal import lfilter
 from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, gain_matrix, is_determined, moments, prepare
 from heli_identifier.online import start as start_identifier
 from heli_identifier.online import step as identifier_step
-from heli_identifier.online.instruments import add_signals, contradicts, no_instruments, solve_gain
+from heli_identifier.online.instruments import contradicts, initial_instruments, solve_gain, update_instruments
 from heli_identifier.online.linear_algebra import outer
-from heli_identifier.online.loop import add_regressors, nothing_outside, products_every, shares
+from heli_identifier.online.loop import initial_outside, product_interval, shares, update_outside
 from heli_identifier.tools.experiment import Proposal
 from heli_identifier.tools.flight import fly_addition
 from heli_plant.control import PidSettings
@@ -35,10 +35,10 @@ def test_a_regressor_from_outside_counts_whole_and_an_answer_to_innovations_not_
     rng = np.random.default_rng(0)
     e, outside = rng.standard_normal((2, 60_000))
     psi = np.column_stack([answer_to(e, 2.0), answer_to(outside, 2.0)])
-    stride, o = products_every(H), nothing_outside(2)
+    stride, o = product_interval(H), initial_outside(2)
     for k in range(stride, len(e), stride):
-        o = o._replace(waiting=float(e[k - stride : k].sum()))
-        o = add_regressors(o, psi[k].tolist(), 1.0, stride * H)
+        o = o._replace(innovation_sum=float(e[k - stride : k].sum()))
+        o = update_outside(o, psi[k].tolist(), 1.0, stride * H)
     inside, own = shares(o, ONE)
     # 6000 products, correlated over .5 s, are some 600 independent ones: four filters explain 4/600 of anything.
     assert own == pytest.approx(1.0, abs=0.05)
@@ -104,11 +104,11 @@ def test_the_instruments_are_those_of_a_first_stage_from_earlier_samples():
     b, noise = rng.standard_normal((900, 13)), rng.standard_normal(900)
     psi = b[:, 1:3] + noise[:, None]  # the loop's answer: correlated with the noise
     y = psi @ [0.7, -0.4] + noise
-    i, h = no_instruments(2), 0.25
+    i, h = initial_instruments(2), 0.25
     for part in (slice(0, 300), slice(300, 900)):
         before = b[: part.start].T @ b[: part.start], b[: part.start].T @ psi[: part.start]
         for row, *regressors, regressand in zip(b[part], *psi[part].T, y[part], strict=True):
-            i = add_signals(i, regressors, regressand, tuple(row.tolist()), 1, 1.0)
+            i = update_instruments(i, regressors, regressand, tuple(row.tolist()), 1, 1.0)
         i = solve_gain(i, (0.1, 0.2), (1e9, 1e9), 1, h)
     z = b[300:] @ np.linalg.solve(*before)
     inverse = np.linalg.inv(z.T @ psi[300:])
@@ -122,7 +122,7 @@ INTERVAL = 0.2
 
 
 def blocks_of(z, alpha=0.0):
-    m = moments.no_moments(z.shape[1])
+    m = moments.initial_moments(z.shape[1])
     for row in z.tolist():
         m = moments.add_products(m, outer(row), 1.0, INTERVAL, alpha, 20.0)
     return m

@@ -13,9 +13,16 @@ from benchmarks.rigs import windy_logs
 from heli_identifier import online
 from heli_identifier.online import ADAPTATION, GAINS, PREDICTION_ERROR, IdentifierSettings, gain_matrix
 from heli_identifier.online.adaptation import initial_axis, kept_information
-from heli_identifier.online.prediction_error import first_predictor, predict_axis
+from heli_identifier.online.prediction_error import initial_predictor, predict_axis
 from heli_identifier.online.state_filter import discretise
-from heli_identifier.online.whitening import bandwidth_slope, first_noise, remember, settled_memory, whiten, whitening
+from heli_identifier.online.whitening import (
+    bandwidth_slope,
+    initial_noise,
+    settled_memory,
+    update_noise,
+    whiten,
+    whitening,
+)
 from heli_identifier.records import Log, write_log
 from heli_identifier.tools.history import combine_histories, identify_log
 from heli_identifier.tools.identification import choose_method
@@ -51,7 +58,7 @@ def whitened(x, w):
 def test_whitening_is_its_transfer_function_with_butterworth_poles_and_the_zeros_of_the_state_filter():
     x = np.random.default_rng(0).standard_normal(400)
     x[0] = 0.0  # settled at zero
-    zeros = np.convolve([1.0, USUAL.f1, USUAL.f2], [1.0, -USUAL.kept])
+    zeros = np.convolve([1.0, USUAL.f1, USUAL.f2], [1.0, -USUAL.decay])
     poles = [1.0, USUAL.o1, USUAL.o2, USUAL.o3]
     # Two realisations of the same recursion differ by rounding alone.
     reference = lfilter(zeros, np.convolve(poles, [1.0, -2.0 / 13.0, 1.0 / 13.0]), x)
@@ -63,11 +70,11 @@ def test_whitening_is_its_transfer_function_with_butterworth_poles_and_the_zeros
 
 def test_the_slopes_are_the_derivatives_of_the_innovations():
     x = np.random.default_rng(1).standard_normal(600)
-    memory, found, noise = [settled_memory(x[0], USUAL)], [], first_noise(1.0)
+    memory, found, noise = [settled_memory(x[0], USUAL)], [], initial_noise(1.0)
     for value in x:
         found.append((bandwidth_slope(noise, USUAL), memory[0].corner_slope))
         memory, (e,) = whiten(memory, (value,), USUAL)
-        noise = remember(noise, e, 1.0, found[-1][0], H, 1.0)
+        noise = update_noise(noise, e, 1.0, found[-1][0], H, 1.0)
     d = 1e-5
     for column, tolerance, (b, g) in ((0, 1e-5, (d, 0.0)), (1, 2e-3, (0.0, d))):
         above, below = (whitened(x, whitening(log(7.0) + s * b, log(0.8) + s * g, FILTER, H)) for s in (1.0, -1.0))
@@ -80,7 +87,7 @@ def test_without_information_the_estimate_returns_to_its_prior():
     initial = online.ModelParameters(a_wy=0.1, k_y=0.2)
     plan = online.prepare(online.IdentifierSettings(method=online.PREDICTION_ERROR, forgetting=0.02, initial=initial))
     own = plan.axes[2]
-    axis, p = initial_axis(own, plan), first_predictor((0.0, 0.0, 0.0), own, plan)
+    axis, p = initial_axis(own, plan), initial_predictor((0.0, 0.0, 0.0), own, plan)
     moved = axis._replace(omega=(0.3, 0.1, log(9.0), log(0.5)))
     for count in range(50_000):
         moved, p = predict_axis(moved, p, (0.0, 0.0, 0.0), count, (), own, plan)

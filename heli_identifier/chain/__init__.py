@@ -1,8 +1,8 @@
 """The measurement chain: what may be wrong between a rig and its log.
 
-A fault has the form of an effect of the plant: a channel, a size, a law, bounds. It is searched in the same likelihood
-as the effects and undone in the log; it never becomes part of a plant. What a log shows of itself without any plant,
-such as columns that are alike, is found by the functions of :mod:`.inspection`.
+A fault is described like an effect of the plant: a channel, a size, a law, bounds. It is searched in the likelihood in
+which effects are, and undone in the log; it never becomes part of a plant. Defects that show without any plant, such as
+equal columns, are found by :mod:`.inspection`.
 """
 
 # ruff: noqa: F401 - this is the door

@@ -1,7 +1,7 @@
-"""Events: passages of a log in which something outside the plant acts; what is left out around them, and slips.
+"""Events: passages of a log in which something other than the plant acts, and the samples to leave out around them.
 
 A push by a hand is found in the innovations of a fit (:mod:`heli_identifier.tracing.pushes`). A slip of an encoder is
-found here: a step from one sample to the next that lies outside the range of the rates before and after it, by more
+found here: a change from one sample to the next that lies outside the range of the rates before and after it, by more
 than resolution and acceleration allow.
 
 Source of the local cubics: Savitzky and Golay 1964.
@@ -18,65 +18,76 @@ from scipy.signal import savgol_filter
 from heli_identifier.records import ANGLES, Array, Event, Log
 
 SETTLING = 2.0
-"""Start of a log [s] that its filter needs to settle, left out: five times the correlation time of the air."""
+"""Time [s] at the start of a log in which its filter settles, left out: five correlation times of the air."""
 
 MARGIN = 0.3
-"""Time [s] that is left out on either side of an event, whose edges are known to .2 s; it is also the length of the
-local cubics of a slip."""
+"""Time [s] to leave out on either side of an event, whose edges are known to .2 s; also the length of the local cubics
+in the search for slips."""
 
 RATE = 100.0
-"""Rate [Hz] that faster logs are reduced to in the search for slips."""
+"""Rate [Hz] to which faster logs are reduced in the search for slips."""
 
 RATE_WINDOW, NOISE_QUANTILE, NOISE_FACTOR = 0.1, 0.995, 3.0
-"""Time [s] before and after a sample over which its rate is a median of differences; a slip is this many times larger
-than this quantile of what differences exceed their neighbours' range by."""
+"""Time [s] before and after a sample over which its rate is a median of differences. A slip exceeds the range of its
+neighbours by this factor times this quantile of all such excesses."""
 
 
 def find_slips(logs: Sequence[Log]) -> tuple[Event, ...]:
     """Find the slips of the encoders in logs of one rig, log by log, axis by axis, in order of time."""
-    records = [_reduce_log(log) for log in logs]
-    return tuple(
-        Event(log.name, axis, at, at, log.start + at, log.start + at, "slip", size)
-        for log, slips in zip(logs, _find_slips(records), strict=True)
-        for axis, own in zip(ANGLES, slips, strict=True)
-        for at, size in own
-    )
+    reduced = [_reduce_rate(log) for log in logs]
+    excesses = [_excess_over_neighbours(log) for log in reduced]
+    noise = NOISE_FACTOR * np.quantile(np.concatenate([abs(e) for e in excesses]), NOISE_QUANTILE, axis=0)
+    curvatures = [
+        abs(local_cubic(log.angles, log.step, MARGIN, 2)).max(axis=0)
+        for log in reduced
+        if log.samples > 2 * _window_length(log.step, MARGIN)
+    ]
+    largest = np.max(curvatures, axis=0) if curvatures else np.inf
+    slips = list[Event]()
+    for log, excess in zip(reduced, excesses, strict=True):
+        allowed = noise + largest * log.step * RATE_WINDOW
+        for axis, steps, limit in zip(ANGLES, excess.T, allowed, strict=True):
+            for index in np.flatnonzero(abs(steps) > limit):
+                at = (int(index) + 1) * log.step
+                in_file = log.start + at
+                slips.append(Event(log.name, axis, at, at, in_file, in_file, "slip", float(steps[index])))
+    return tuple(slips)
 
 
 def mark_events(logs: Sequence[Log], events: Sequence[Event]) -> tuple[Log, ...]:
-    """Give logs with those of the events that are theirs, beside those that they have, in order of time."""
-    found = list[Log]()
+    """Add events to the logs that they belong to, in order of time."""
+    marked = list[Log]()
     for log in logs:
-        own = [event for event in events if event.log == log.name]
-        found.append(replace(log, events=tuple(sorted((*log.events, *own), key=lambda event: event.start))))
-    return tuple(found)
+        of_log = [*log.events, *(event for event in events if event.log == log.name)]
+        marked.append(replace(log, events=tuple(sorted(of_log, key=lambda event: event.start))))
+    return tuple(marked)
 
 
 def passages(events: Sequence[Event]) -> list[tuple[float, float]]:
-    """Give what is left out around the events of a log: start and end [s] since its first sample."""
+    """Return the passages to leave out around the events of a log: start and end [s] since its first sample."""
     return [(event.start - MARGIN, event.end + MARGIN) for event in events]
 
 
 def undo_slips(logs: Sequence[Log], events: Sequence[Event]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
-    """Shift back what follows the slips of an encoder; give the logs, and a sentence for each slip."""
-    found, notes = list[Log](), list[str]()
+    """Shift back the readings after each slip of an encoder; return the logs, and a sentence for each slip."""
+    corrected, notes = list[Log](), list[str]()
     for log in logs:
         angles = log.angles.copy()
-        own = [event for event in events if event.kind == "slip" and event.log == log.name]
-        for event in own:
+        slips = [event for event in events if event.kind == "slip" and event.log == log.name]
+        for event in slips:
             angles[round(event.start * log.rate_hz) :, ANGLES.index(event.axis)] -= event.size
             notes.append(
                 f"{log.name}: the reading of its {event.axis} slips by {1e3 * event.size:.3g} mrad at "
                 f"{event.start_in_file:.2f} s, and what follows was shifted back; fasten the encoder's coupling"
             )
-        found.append(replace(log, angles=angles) if own else log)
-    return tuple(found), tuple(notes)
+        corrected.append(replace(log, angles=angles) if slips else log)
+    return tuple(corrected), tuple(notes)
 
 
 def is_counted(time: Array, events: Sequence[Event], settled: bool = False) -> NDArray[np.bool_]:
-    """Whether instants [s] of a log count: outside of its events and of what the filter needs to settle behind them.
+    """Whether instants [s] of a log count: neither within an event nor while the filter settles after it.
 
-    So much does the start of a log not count either, but as long as the motors need where the filter is ``settled``.
+    The start of a log does not count either: while the filter settles, or the motors only if the filter is ``settled``.
     """
     counts = time > (MARGIN if settled else SETTLING)
     for start, end in passages(events):
@@ -85,32 +96,32 @@ def is_counted(time: Array, events: Sequence[Event], settled: bool = False) -> N
 
 
 def event_notes(logs: Sequence[Log], events: Sequence[Event]) -> tuple[str, ...]:
-    """Say what was left out of each log and how much of it is used, one sentence a log."""
+    """Say which passages of each log were left out and how much of it is used, one sentence per log."""
     notes = []
     for log in logs:
-        own = sorted((event for event in events if event.log == log.name), key=lambda event: event.start)
-        if own:
-            said = ", ".join(f"{e.axis} {e.start_in_file:.1f} to {e.end_in_file:.1f} s" for e in own)
-            used = float(is_counted(log.time, own).sum() * log.step)
+        of_log = sorted((event for event in events if event.log == log.name), key=lambda event: event.start)
+        if of_log:
+            listed = ", ".join(f"{e.axis} {e.start_in_file:.1f} to {e.end_in_file:.1f} s" for e in of_log)
+            used = float(is_counted(log.time, of_log).sum() * log.step)
             rest = f"{used:.1f} of {log.duration:.1f} s are used" if used else "nothing remains of it"
             rest += ", so little that the log may not be of the rig of the others" if 2.0 * used < log.duration else ""
             notes.append(
-                f"{log.name}: something other than the plant acted on it ({said}); {rest} (--keep-events keeps them)"
+                f"{log.name}: something other than the plant acted on it ({listed}); {rest} (--keep-events keeps them)"
             )
     return tuple(notes)
 
 
-def _reduce_log(log: Log) -> Log:
-    """Log at about :data:`RATE`: samples at the start of each step."""
+def _reduce_rate(log: Log) -> Log:
+    """Reduce a log to about :data:`RATE` by leaving out samples."""
     factor = max(1, int(log.rate_hz / RATE + 0.5))
     voltages, angles = log.voltages[::factor], log.angles[::factor]
     return replace(log, rate_hz=log.rate_hz / factor, voltages=voltages, angles=angles, references={})
 
 
 def local_cubic(values: Array, step: float, window: float, order: int = 0, ends: str = "interp") -> Array:
-    """Give the derivative of ``order`` of a signal (N, ...) by local cubics over ``window`` [s].
+    """Return the derivative of ``order`` of a signal (N, ...) by local cubics over ``window`` [s].
 
-    Its ``ends`` are those of the first and last cubic; where nobody reads them "nearest" saves the time for these.
+    By default the ``ends`` are those of the first and last cubic; "nearest" is faster and enough if nobody reads them.
     """
     length = min(_window_length(step, window), (len(values) - 1) // 2 * 2 + 1)
     return np.asarray(savgol_filter(values, length, 3, order, step, axis=0, mode=ends))
@@ -121,28 +132,13 @@ def _window_length(step: float, window: float) -> int:
     return max(int(window / step) | 1, 5)
 
 
-def _find_slips(records: Sequence[Log]) -> list[list[list[tuple[float, float]]]]:
-    """Instants [s] and sizes [rad] of the slips, per record and axis."""
-    excesses = [_beyond_neighbours(record) for record in records]
-    noise = NOISE_FACTOR * np.quantile(np.concatenate([abs(e) for e in excesses]), NOISE_QUANTILE, axis=0)
-    curvatures = [
-        abs(local_cubic(r.angles, r.step, MARGIN, 2)).max(axis=0)
-        for r in records
-        if r.samples > 2 * _window_length(r.step, MARGIN)
-    ]
-    largest = np.max(curvatures, axis=0) if curvatures else np.inf
-    return [[[((int(i) + 1) * record.step, float(e[i])) for i in np.flatnonzero(abs(e) > allowed)]
-             for e, allowed in zip(excess.T, noise + largest * record.step * RATE_WINDOW, strict=True)]
-            for record, excess in zip(records, excesses, strict=True)]  # fmt: skip
-
-
-def _beyond_neighbours(record: Log) -> Array:
-    """Differences of successive angles [rad] less the nearest of what lies between the rates before and after."""
-    width, difference = int(RATE_WINDOW / record.step) | 1, np.diff(record.angles, axis=0)
-    excess = np.zeros_like(difference)
-    if len(difference) > 2 * width:
-        rate, by = median_filter(difference, (width, 1)), width // 2 + 1  # to the medians' centres on either side
-        before, behind = rate[width - by : len(rate) - width - by], rate[width + by : len(rate) - width + by]
-        own = difference[width:-width]
-        excess[width:-width] = own - own.clip(np.minimum(before, behind), np.maximum(before, behind))
+def _excess_over_neighbours(log: Log) -> Array:
+    """Return by how much each change of the angles [rad] lies outside the range of the rates before and after it."""
+    width, change = int(RATE_WINDOW / log.step) | 1, np.diff(log.angles, axis=0)
+    excess = np.zeros_like(change)
+    if len(change) > 2 * width:
+        rate, shift = median_filter(change, (width, 1)), width // 2 + 1  # shift to the centre of a neighbouring median
+        before, after = rate[width - shift : len(rate) - width - shift], rate[width + shift : len(rate) - width + shift]
+        inner = change[width:-width]
+        excess[width:-width] = inner - inner.clip(np.minimum(before, after), np.maximum(before, after))
     return excess

@@ -1,18 +1,18 @@
-"""Faults of a log that can be undone: their laws, their sizes, and the catalogue of them.
+"""The catalogue of the faults of a log that can be undone, with their laws and sizes.
 
 A channel is a voltage, both voltages, or an angle; x is an angle, v a voltage, h the sampling interval [s].
 
-* **Late.** The log has x(t - size). Whole samples are undone by a shift, which leaves the noise as it is; what remains
-  of a sample by the slope of a local parabola. A mean of two samples would have less noise than a log has, so logs
-  would get likelier by it without any delay. A voltage is held over each sample.
-* **Low pass.** The log of the voltages has y with size y' = v - y. An angle behind a filter is found by
-  :mod:`.inspection`: it has lost the grid of its encoder.
-* **Drift.** The zero of an encoder drifts, a quarter turn an hour at most: the log has x + size t.
+* **Late.** The log has x(t - size). Whole samples are undone by a shift, which does not change the noise; the rest of a
+  sample by the slope of a local parabola. A mean of two samples would have less noise than the log and make it more
+  likely without any delay. A voltage is constant over each sample.
+* **Low pass.** The log of the voltages has y with size y' = v - y. A filtered angle is found by :mod:`.inspection`: it
+  has lost the grid of its encoder.
+* **Drift.** The zero of an encoder drifts, a quarter turn per hour at most: the log has x + size t.
 * **Backlash** between an axis and its encoder: the log has the play operator of x with a gap of the given size. After
-  each reversal of the axis the encoder stands still until the gap is crossed. Where it was last pushed one way and is
-  first pushed the other, the log shows of itself; between the two the axis turns back under an even acceleration, by
-  the gap and by what its reading has to move until a push can be told from noise.
-* **Scale.** The column of a voltage has another scale than that of its twin: the log has v / (1 + size).
+  each reversal of the axis the encoder stands still until the gap is crossed. The log shows where the encoder was last
+  pushed one way and first pushed the other way. Between the two the axis is taken to turn back with a constant
+  acceleration, by the gap and the motion of the reading that tells a push from noise.
+* **Scale.** The two voltages have different scales: the log has v / (1 + size).
 
 Source: M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989, section 2 (play).
 """
@@ -26,15 +26,15 @@ from scipy.signal import savgol_filter
 from heli_identifier.records import ANGLES, VOLTAGES, Array
 
 SMOOTHED = 0.1
-"""Length [s] of a local parabola: a bench moves slower."""
+"""Length [s] of a local parabola: a bench helicopter moves more slowly."""
 
 SHIFT = 1e-4
-"""Difference of delays [s] at which a signature is taken: a small part of a sample, so that it is the parabola's slope
-and not the difference of two samples, whose noise a mean of both would lessen."""
+"""Difference of delays [s] for the derivative by a delay: a small part of a sample, so that it is the parabola's slope
+and not the difference of two samples, whose mean would have less noise."""
 
 DITHER = 5.0
-"""Standard deviations of a reading's noise that are no push of a backlash: one more than the peaks of what counts and a
-shake of an encoder make lie apart, so that a push is seen once the reading has moved by one beyond the gap."""
+"""Motion of a reading, in standard deviations of its noise, that is no push of a backlash: one more than the
+peak-to-peak noise of an encoder, so that a push is seen once the reading has moved by one beyond the gap."""
 
 
 @dataclass(frozen=True)
@@ -45,28 +45,28 @@ class Fault:
     channel: str
     """`voltages`, `v_front` or an angle."""
     law: str
-    """What is wrong, in a clause, with the ``size``."""
+    """A clause that describes the fault, with the ``size``."""
     unit: str
-    """Of the size."""
+    """Unit of the size."""
     lower: float
     upper: float
-    """lower, upper: Sizes that laboratories meet."""
+    """Bounds of the sizes that occur in laboratories."""
     step: float
-    """Difference of sizes at which its signature is taken."""
+    """Difference of sizes for the derivative by the size."""
     undo: Callable[[Array, float, float], Array]
-    """(logged, h, size) -> Array, shape (N,): The true signal."""
+    """(logged, h, size) -> the true signal, shape (N,)."""
     advice: str
     """What to do in the laboratory."""
 
     @property
     def family(self) -> str:
-        """Faults that logs hardly tell apart: all that shifts a channel in time."""
+        """Family of faults that logs hardly tell apart: all that shift a channel in time are one."""
         kind = "timing" if self.name in ("late", "low pass") else self.name
         return f"{kind} of {self.channel}"
 
     @property
     def field(self) -> str:
-        """Its name among the parameters of a fit."""
+        """Name of its size among the parameters of a fit."""
         return f"log_{self.name.replace(' ', '_')}_{self.channel}"
 
 
@@ -88,21 +88,21 @@ def parabola_samples(h: float) -> int:
 
 
 def _undo_late_angle(logged: Array, h: float, size: float) -> Array:
-    """Give x(t), at the end on a straight line."""
+    """Return x(t), extrapolated at the end by a straight line."""
     n, slope = round(size / h), savgol_filter(logged, parabola_samples(h), 2, 1)
     shifted = np.concatenate((logged[n:], logged[-1] + slope[-1] * np.arange(1, n + 1)))
     return np.asarray(shifted + (size / h - n) * np.append(slope[n:], np.full(n, slope[-1])))
 
 
 def _undo_late_voltage(logged: Array, h: float, size: float) -> Array:
-    """Give v(t), held over each sample: a share of it is already the next one of the log."""
-    whole, share = divmod(size / h, 1.0)
-    ahead = np.concatenate((logged[int(whole) :], np.full(int(whole), logged[-1])))
-    return np.asarray((1.0 - share) * ahead + share * np.append(ahead[1:], logged[-1]))
+    """Return the mean of v(t) over each sample: a fraction of it belongs to the next logged sample."""
+    samples, fraction = divmod(size / h, 1.0)
+    shifted = np.concatenate((logged[int(samples) :], np.full(int(samples), logged[-1])))
+    return np.asarray((1.0 - fraction) * shifted + fraction * np.append(shifted[1:], logged[-1]))
 
 
 def _undo_low_pass(logged: Array, h: float, size: float) -> Array:
-    """Give v = y + size y', the filter y_k = a y_(k-1) + (1 - a) v_k solved for v with size = h a / (1 - a)."""
+    """Return v = y + size y', the filter y_k = a y_(k-1) + (1 - a) v_k solved for v with size = h a / (1 - a)."""
     return np.asarray(logged + size / h * np.diff(logged, prepend=logged[:1]))
 
 
@@ -116,21 +116,23 @@ def _undo_scale(logged: Array, h: float, size: float) -> Array:
 
 def _undo_backlash(logged: Array, h: float, size: float) -> Array:
     """Add half of the gap in the direction of the push."""
-    noise = float(np.diff(logged, 3).std()) / np.sqrt(20.0)  # squares of a third difference's weights: 1 + 9 + 9 + 1
-    at = np.flatnonzero(pushes := np.diff(_play_operator(logged, DITHER * noise)))
-    if len(at) == 0:
+    noise = float(np.diff(logged, 3).std()) / np.sqrt(20.0)  # sum of the squared weights of a third difference
+    motion = np.diff(_play_operator(logged, DITHER * noise))
+    pushes = np.flatnonzero(motion)
+    if len(pushes) == 0:
         return logged
-    way, time = np.sign(pushes[at]), np.arange(len(logged))
-    after = np.searchsorted(at, time)
-    before, after = np.clip(after - 1, 0, None), np.clip(after, None, len(at) - 1)
-    share = np.clip((time - at[before]) / np.maximum(at[after] - at[before], 1), 0.0, 1.0)
+    direction, time = np.sign(motion[pushes]), np.arange(len(logged))
+    after = np.searchsorted(pushes, time)
+    before, after = np.clip(after - 1, 0, None), np.clip(after, None, len(pushes) - 1)
+    share = np.clip((time - pushes[before]) / np.maximum(pushes[after] - pushes[before], 1), 0.0, 1.0)
     turned = np.minimum((size + noise) * share**2, size)
-    return np.asarray(logged + 0.5 * (size * way[before] + (way[after] - way[before]) * turned))
+    return np.asarray(logged + 0.5 * (size * direction[before] + (direction[after] - direction[before]) * turned))
 
 
 def _play_operator(x: Array, gap: float) -> Array:
-    """Play operator: y (N,) stays as near to its last value as half of the gap around x allows."""
-    # y_k = max(low_k, min(high_k, y_k-1)): such steps in a row are one such step, so pairs are joined again and again
+    """Return y (N,), which stays as near to its last value as half of the gap around x (N,) allows."""
+    # y_k = max(low_k, min(high_k, y_k-1)). Two such steps are again one such step, so those of 2, 4, 8 ... samples
+    # follow from each other.
     low, high, reach = x - 0.5 * gap, x + 0.5 * gap, 1
     low[0] = high[0] = x[0]
     while reach < len(low):

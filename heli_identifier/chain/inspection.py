@@ -1,18 +1,18 @@
-"""Defects that a log shows of itself, without any plant.
+"""Find the defects that a log shows without any plant.
 
 * **Copies.** Two angles that are the same numbers are one encoder written twice.
-* **Degrees.** An encoder's counts are visible as steps of the angle. Steps that are pi/180 of those that the rig's
-  configuration gives are radians that were read as degrees, steps 180/pi times as large the other way round.
-* **Filters.** An angle without steps beside one with steps passed a filter or a resampling, which bends and delays it.
-* **Signs.** Both rotors lift: of voltages whose means lie on either side of zero, further than they vary, one has the
-  wrong sign.
-* **Counts.** Steps of another size: the encoder has other counts a turn than the configuration says.
-* **Rounded voltages.** Steps of the voltages beyond :data:`LEAST_STEP` of their standard deviation are no converter's:
-  their error is noise of the input, which looks like a lag and like a curve of the thrust.
-* **Jitter.** Readings at a wrong instant are wrong on all axes at once, each by its rate: the errors of two axes go
-  together then, as the product of their rates does. Errors of two encoders do not.
-* **Flat tops.** Voltages that stay at their largest value, below the limit of the rig, have been clipped on their way
-  to the log, or the amplifier saturates there; a log cannot tell which.
+* **Degrees.** An encoder's counts are visible as steps of the angle. If they are pi/180 of those that the configuration
+  gives, radians were read as degrees; if they are 180/pi times as large, degrees were read as radians.
+* **Filters.** An angle without steps, while another has steps, was filtered or resampled, which distorts and delays it.
+* **Signs.** Both rotors lift. If the means of the voltages have opposite signs and are larger than their variation, one
+  has the wrong sign.
+* **Counts.** Steps of another size: the encoder has other counts per turn than the configuration says.
+* **Rounded voltages.** Steps of the voltages beyond :data:`LEAST_STEP` of their standard deviation are not those of a
+  converter: the error is noise of the input, which looks like a lag and like a curve of the thrust.
+* **Jitter.** A reading at a wrong instant is wrong on all axes at once, each by its rate: the errors of two axes are
+  correlated by the product of their rates. Errors of two encoders are not.
+* **Flat tops.** Voltages that stay at their largest value, below the limit of the rig, were clipped on their way to the
+  log, or the amplifier saturates there; a log cannot tell which.
 """
 
 from collections.abc import Sequence
@@ -27,106 +27,108 @@ from heli_identifier.records import ANGLES, Array, Log, is_on_grid, quantisation
 from .faults import parabola_samples
 
 LEAST_STEP = 0.03
-"""Share of a voltage's standard deviation: an error of 1 % of it, as large as that of a good multimeter."""
+"""Largest step as a share of a voltage's standard deviation: an error of 1 %, that of a good multimeter."""
 
 OTHER_COUNTS = 1.5
-"""Ratio of steps from which an encoder is another one: the next common make has twice the counts."""
+"""Ratio of the measured step to the configured one from which the encoder has other counts: the next common type has
+twice as many."""
 
 COARSE = 4.0
-"""Ratio of steps beyond which the reading of an encoder stays and jumps, as that of an axis with friction or of an
-encoder with backlash does, and is held for long enough to pass for late."""
+"""The same ratio, from which the reading of an encoder stays and jumps like that of an axis with friction or of an
+encoder with backlash, and stays for so long that it may look late."""
 
 FINEST = 1.0 / 6.0
-"""Ratio of steps below which they may be digits of a text, or of an interpolation by shares of a sample."""
+"""The same ratio, below which the steps may be digits of a text, or come from interpolation."""
 
 FLAT_SHARE = 0.02
 """Share of the samples at the largest value that no excitation has by chance."""
 
 LEAST_JITTER = 5e-4
-"""Standard deviation of the instants [s] from which they matter: an axis moves .5 rad/s, and .25 mrad is half of what
-an encoder of 4096 counts errs by. A vibration of 5 Hz, bent within three samples of 10 ms, looks like a tenth of it."""
+"""Least standard deviation of the instants [s] that matters: an axis moves at .5 rad/s, and .25 mrad is half of the
+error of an encoder of 4096 counts. A vibration of 5 Hz, sampled every 10 ms, looks like a tenth of it."""
 
 CERTAIN = 5.0
-"""Standard errors beyond which a jitter is no chance."""
+"""Number of standard errors from which a jitter is certain."""
 
 OPPOSED = 0.5
-"""Least mean [V] of either voltage from which opposite signs are no trim: below it a rotor hardly turns."""
+"""Least mean [V] of both voltages for which opposite signs are no trim: below it a rotor hardly turns."""
 
 FEWEST_LEVELS = 8
-"""Values of a voltage whose steps are those of its digits: a square wave has fewer."""
+"""Least number of values of a voltage whose steps can be those of its digits: a square wave has fewer."""
 
 TIMING, BENDING = ("lag or delay of the rotors",), ("arm bending of the elevation",)
 THRUST = ("curve of the thrust", "thrust fade of the rotors", "thrust tilt of the elevation", "torque on the travel")
 ANSWERED = ("speed stability of the pitch", "thrust lost by airspeed")
-"""Families of effects that errors of the voltages, or of an angle's timing, look like; and that what was cut off a
-controller's answer to the rates looks like."""
+"""Families of effects that look like errors of the voltages or of an angle's timing; and (ANSWERED) like a controller's
+answer to the rates that was clipped."""
 
 
 @dataclass(frozen=True)
 class Defect:
-    """A defect that logs show of themselves; a late angle is read earlier, the others cannot be undone."""
+    """A defect of logs; only a late angle can be corrected."""
 
     name: str
     channel: str
     words: str
-    """What was seen and what to do, in a sentence."""
+    """A sentence on what was seen and what to do."""
     imitates: tuple[str, ...] = ()
-    """Families of effects and faults that it looks like: they are not testable on these logs."""
+    """Families of effects and faults that it looks like; they are not testable on these logs."""
     ratio: float = 1.0
     """Step of the encoder over that of the configuration [1]."""
 
 
 def inspect_logs(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) -> tuple[Defect, ...]:
-    """Find the defects of a rig's logs, whose encoders have so many ``counts`` a turn; ``voltage_limit`` is in [V].
+    """Find the defects of a rig's logs; ``counts`` per turn of the encoders, ``voltage_limit`` [V].
 
     Raises
     ------
     LogError
-        Two angles are the same signal, or an angle is in other units than its header says: no plant can be found.
+        If no plant can be found: two angles are equal, an angle is wrapped or in a wrong unit, or a voltage has the
+        wrong sign.
     """
-    found: list[Defect] = []
+    defects: list[Defect] = []
     for log in logs:
-        _refuse_log(log)
+        _refuse_unusable(log)
     steps = [sorted(quantisation_step(log.angles[:, k]) for log in logs)[len(logs) // 2] for k in range(len(ANGLES))]
-    expected = [all(is_on_grid(log.angles[:, k], 2.0 * np.pi / counts[k]) for log in logs) for k in range(len(ANGLES))]
-    for axis, step, count, usual in zip(ANGLES, steps, counts, expected, strict=True):
-        found += _compare_counts(axis, step, count)
-        if not step and not usual and any((*steps, *expected)):
+    on_grid = [all(is_on_grid(log.angles[:, k], 2.0 * np.pi / counts[k]) for log in logs) for k in range(len(ANGLES))]
+    for axis, step, count, fits in zip(ANGLES, steps, counts, on_grid, strict=True):
+        defects += _compare_counts(axis, step, count)
+        if not step and not fits and any((*steps, *on_grid)):
             words = (
                 f"the {axis} has no steps of an encoder, other angles have: a filter or a resampling delays and bends "
                 f"it, or a drift was added; log what the encoder of the {axis} reads"
             )
-            found.append(Defect("filtered", axis, words, BENDING + TIMING))
-    jitters = [estimate_jitter(log.angles, log.step) for log in logs]
-    sure = [std for std, error in jitters if std > max(LEAST_JITTER, CERTAIN * error)]
+            defects.append(Defect("filtered", axis, words, BENDING + TIMING))
+    estimates = [estimate_jitter(log.angles, log.step) for log in logs]
+    sure = [jitter for jitter, error in estimates if jitter > max(LEAST_JITTER, CERTAIN * error)]
     if len(sure) > len(logs) // 2:
-        found.append(Defect(
+        defects.append(Defect(
             "jitter", "clock", f"the angles were read {1e3 * np.median(sure):.2g} ms early or late, by chance: all err "
             "at once, each by its rate. Log in the task that reads the encoders, or log the time of each reading",
         ))  # fmt: skip
-    many = [v for log in logs for v in log.voltages.T if len(np.unique(v)) >= FEWEST_LEVELS]
-    grids = [step for v in many if (step := quantisation_step(v)) > LEAST_STEP * float(v.std())]
-    if len(grids) > len(logs):
-        found.append(Defect(
-            "rounded", "voltages", f"the voltages come in steps of {np.median(grids):.2g} V: log them with three "
+    varied = [v for log in logs for v in log.voltages.T if len(np.unique(v)) >= FEWEST_LEVELS]
+    roundings = [step for v in varied if (step := quantisation_step(v)) > LEAST_STEP * float(v.std())]
+    if len(roundings) > len(logs):
+        defects.append(Defect(
+            "rounded", "voltages", f"the voltages come in steps of {np.median(roundings):.2g} V: log them with three "
             "decimals. Timing and curve of the thrust cannot be told on these logs", TIMING + THRUST + BENDING,
         ))  # fmt: skip
     if tops := [top for log in logs if (top := _clipping_level(log, voltage_limit))]:
-        found.append(Defect(
+        defects.append(Defect(
             "clipped", "voltages", f"the voltages of {len(tops)} of {len(logs)} logs stay at {np.median(tops):.2f} V, "
             f"below the limit of {voltage_limit:g} V: they were clipped on their way to the log, or that is the limit "
             "of the rig (voltage_limit of heli.toml). Curves of the thrust and torques by the rates cannot be told",
             TIMING + THRUST + BENDING + ANSWERED,
         ))  # fmt: skip
-    return tuple(found)
+    return tuple(defects)
 
 
 def estimate_jitter(angles: Array, step: float) -> tuple[float, float]:
-    """Estimate by how much instants err.
+    """Estimate the error of the sampling instants: its standard deviation and the standard error of that [s].
 
-    Read at t_k + d_k, the third differences e_i of the angles (N, 3) with rates w_i hold those of d w_i beside noise of
-    their own: the regression of e_i e_j on w_i w_j, i < j, has the slope 20 tau^2. Returns tau, the standard deviation
-    of d, and its standard error [s]; 0 where no two axes move.
+    If angles (N, 3) with rates w_i are read at t_k + d_k, their third differences e_i contain those of d w_i and noise
+    that is independent between axes. The regression of e_i e_j on w_i w_j, i < j, therefore has the slope 20 tau^2, tau
+    the standard deviation of d. The result is 0 if no two axes move.
     """
     length = parabola_samples(step)
     if len(angles) < 4 * length:
@@ -142,13 +144,14 @@ def estimate_jitter(angles: Array, step: float) -> tuple[float, float]:
     )
     if not xx.sum() > 0.0:
         return 0.0, 0.0
-    squared, own = xy.sum() / xx.sum(), float(np.linalg.norm(xy - xx * (xy.sum() / xx.sum())) / xx.sum())
-    tau = np.sqrt(max(squared, 0.0) / 20.0)
-    return float(tau), float(own / 40.0 / tau) if tau > 0.0 else 0.0
+    slope = xy.sum() / xx.sum()
+    slope_error = float(np.linalg.norm(xy - xx * slope) / xx.sum())
+    tau = np.sqrt(max(slope, 0.0) / 20.0)
+    return float(tau), float(slope_error / 40.0 / tau) if tau > 0.0 else 0.0
 
 
-def _refuse_log(log: Log) -> None:
-    """Refuse copies, angles that are folded, and voltages of opposite signs."""
+def _refuse_unusable(log: Log) -> None:
+    """Raise a LogError for equal angles, wrapped angles, and voltages of opposite signs."""
     for i, j in ((0, 1), (0, 2), (1, 2)):
         if np.ptp(log.angles[:, i]) > 0.0 and np.array_equal(log.angles[:, i], log.angles[:, j]):
             raise LogError(
@@ -171,7 +174,7 @@ def _refuse_log(log: Log) -> None:
 
 
 def _compare_counts(axis: str, step: float, counts: int) -> list[Defect]:
-    """Compare an encoder's step with that of the configuration."""
+    """Compare the step of an angle with that of the configured encoder."""
     ratio = step * counts / (2.0 * np.pi)
     for factor, read, true in ((np.pi / 180.0, "degrees", "radians"), (180.0 / np.pi, "radians", "degrees")):
         if abs(ratio / factor - 1.0) < 0.02:
@@ -192,9 +195,10 @@ def _compare_counts(axis: str, step: float, counts: int) -> list[Defect]:
 
 
 def _clipping_level(log: Log, limit: float) -> float:
-    """Largest voltage [V] at which a log's voltages stay, below the rig's limit; 0 if there is none."""
+    """Find the voltage [V], below the rig's limit, at which a log's voltages were clipped; 0 if there is none."""
     top = float(np.abs(log.voltages).max())
-    at = np.abs(log.voltages) > top * (1.0 - 1e-6)
-    held = at[1:] & at[:-1] & (np.abs(np.diff(log.voltages, axis=0)) < 1e-9)
-    moves = (np.abs(np.diff(log.voltages, axis=0)) > 1e-9).mean() > 0.5  # a square wave stays at its top as well
-    return top if moves and held.mean() > FLAT_SHARE and top < 0.98 * limit else 0.0
+    at_top = np.abs(log.voltages) > top * (1.0 - 1e-6)
+    change = np.abs(np.diff(log.voltages, axis=0))
+    stays = at_top[1:] & at_top[:-1] & (change < 1e-9)
+    varies = (change > 1e-9).mean() > 0.5  # unlike a square wave, which stays at its top as well
+    return top if varies and stays.mean() > FLAT_SHARE and top < 0.98 * limit else 0.0

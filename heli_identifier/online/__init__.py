@@ -1,9 +1,10 @@
-"""On-line adaptive identification of all three axes as pure steps; standard library only, since FMUs carry it.
+"""On-line adaptive identification of all three axes as pure steps; standard library only, because FMUs contain it.
 
 The symbols are the paper's: theta, epsilon, lambda for pitch, elevation, travel; omega_f, rho of the state filters
 (11); phi, Omega, Gamma, alpha, sigma of the adaptation (7); e, G, nu, lambda of the prediction errors.
 """
 
+# ruff: noqa: F401 - this is the door
 from .adaptation import combinations, gain_matrix
 from .identifier import (
     IdentifierOutput,
@@ -36,10 +37,3 @@ from .settings import (
     prepare,
 )
 from .whitening import Noise
-
-__all__ = [
-    "ADAPTATION", "CLOSED", "CONTRADICTION", "GAINS", "METHODS", "PREDICTION_ERROR", "Estimate", "IdentifierOutput",
-    "IdentifierSettings", "IdentifierState", "ModelParameters", "Noise", "Plan", "Sampled", "before_samples",
-    "begin_sampling", "combinations", "default_settings", "is_determined", "gain_matrix", "is_closed", "is_due",
-    "next_due", "noise_of", "output_of", "prepare", "shares", "start", "step", "take_sample", "take_samples", "total",
-]  # fmt: skip

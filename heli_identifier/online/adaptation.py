@@ -1,41 +1,41 @@
-"""Adaptation (7): least squares with exponential forgetting, in its exact step, on a factored gain.
+"""Adaptation (7): least squares with exponential forgetting, as an exact step with a factored gain.
 
     Omega' = Gamma phi sigma,    Gamma' = alpha Gamma - Gamma phi phi^T Gamma,    sigma = y - phi^T Omega       (7)
 
 Gamma^-1 obeys the linear equation (Gamma^-1)' = -alpha Gamma^-1 + phi phi^T. Over one sampling period, with phi and y
-those of its end, it integrates to
+at its end, its solution is
 
     Gamma_k^-1 = beta Gamma_(k-1)^-1 + w phi phi^T,    beta = exp(-alpha h),    w = (1 - beta)/alpha  (h if alpha = 0)
 
-and (7) in both unknowns to recursive least squares with forgetting beta and measurement variance r = beta / w:
+so that (7) becomes recursive least squares with the forgetting factor beta and the measurement variance r = beta / w:
 
     s     = r + phi^T Gamma phi
     Omega = Omega + Gamma phi (y - phi^T Omega) / s
     Gamma = (Gamma - Gamma phi phi^T Gamma / s) / beta
 
-Gamma keeps its meaning and unit of (7), where Euler's method diverges once h phi^T Gamma phi exceeds 2. It is kept as
-U D U^T, U unit upper triangular, and updated by Bierman's algorithm: D, and Gamma with it, stays positive in floating
-point. The factor is one flat list, column by column, D_j behind the j elements of U above it: [D_0, U_01, D_1, ...].
+Gamma has the same meaning and unit as in (7), for which Euler's method diverges once h phi^T Gamma phi exceeds 2. It is
+stored as U D U^T, U unit upper triangular, and updated by Bierman's algorithm: D, and so Gamma, stays positive in
+floating point. The factor is one flat list, column by column, D_j after the j elements of U above it: [D_0, U_01, D_1,
+...].
 
-**Bounded gain.** Without excitation (7) lets Gamma grow as exp(alpha t). Here forgetting falls off direction by
-direction as Gamma approaches a limit: the exact step of
+**Bounded gain.** Without excitation (7) lets Gamma grow as exp(alpha t). Here forgetting decreases in each direction as
+Gamma approaches a limit. It is the exact step of
 
     (Gamma^-1)' = -alpha (Gamma^-1 - I / Gamma_max) + phi phi^T
     Gamma'      = alpha Gamma (I - Gamma / Gamma_max) - Gamma phi phi^T Gamma
 
-The restored information alpha / Gamma_max I is added every N steps, one unit vector a step, as a measurement that
-agrees with the estimate (sigma = 0): it never moves Omega. Between two additions Gamma can exceed the limit by a factor
-exp(alpha N h), at most 1.01 (for alpha h up to .002).
+The restored information alpha / Gamma_max I is added every N steps, one unit vector per step, as a measurement that
+agrees with the estimate (sigma = 0), so it never changes Omega. Between two additions Gamma can exceed the limit by a
+factor exp(alpha N h), at most 1.01 (for alpha h up to .002).
 
-**Early forgetting.** Prediction errors forget faster in the beginning, since what was learnt while the noise model was
-still wrong must not stay (Ljung and Soderstrom, Theory and Practice of Recursive Identification, 1983, section 5.6), by
-alpha + alpha_0 with
+**Early forgetting.** Prediction errors forget faster in the beginning, while the noise model is still wrong (Ljung and
+Soderstrom, Theory and Practice of Recursive Identification, 1983, section 5.6), by alpha + alpha_0 with
 
-    alpha_0(t) = A/tau exp(-t/tau),    over samples n .. m kept: exp(-A (exp(-n h/tau) - exp(-m h/tau)))
+    alpha_0(t) = A/tau exp(-t/tau),    share kept over samples n .. m: exp(-A (exp(-n h/tau) - exp(-m h/tau)))
 
-**An axis** of the identifier is the adaptation of its regression with standard errors and excitation level. The
-adaptation takes every sample; the moments take means of z = (phi, y) over some twenty samples, since s^2 F passes the
-encoder noise, which one sample in twenty would alias.
+**An axis** of the identifier has the adaptation of its regression, standard errors and the excitation level. The
+adaptation takes every sample. The moments take means of z = (phi, y) over some twenty samples: s^2 F passes the encoder
+noise, which one sample in twenty would alias.
 
 Sources: the paper, eq. (7); Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, ch. V;
 Slotine and Li, Applied Nonlinear Control, 1991, section 8.7.5 (bounded-gain forgetting).
@@ -47,12 +47,12 @@ from operator import add
 from typing import NamedTuple
 
 from .linear_algebra import hypotenuse, outer, unit_vector
-from .moments import Moments, add_products, excitation_level, no_moments, standard_errors, weighted_blocks
+from .moments import Moments, add_products, excitation_level, initial_moments, standard_errors, weighted_blocks
 from .settings import AxisPlan, Plan
 
-_RESTORING_SHARE = 0.01  # share of the information that may be forgotten before it is restored: Gamma_max's overshoot
+_RESTORING_SHARE = 0.01  # share of the information that is forgotten before it is restored: overshoot over Gamma_max
 _LONGEST_RESTORING_INTERVAL = 1000  # in steps
-_SHORTEST_RESTORING_INTERVAL = 5  # in steps; the shortest still has a step for each of five parameters
+_SHORTEST_RESTORING_INTERVAL = 5  # in steps: one for each of five parameters
 
 
 def initial_factor(variances: Sequence[float]) -> list[float]:
@@ -76,7 +76,7 @@ def gain_matrix(factor: Sequence[float], size: int) -> list[list[float]]:
 def take_measurement(
     factor: list[float], omega: list[float], phi: Sequence[float], y: float, noise: float, forgetting: float
 ) -> tuple[float, float]:
-    """Take one measurement y = phi^T Omega into ``factor`` and ``omega``, in place; ``noise`` r [1/s].
+    """Update ``factor`` and ``omega`` in place by one measurement y = phi^T Omega with the ``noise`` r [1/s].
 
     Returns sigma and s = r + phi^T Gamma phi [1/s], with Omega and Gamma before the measurement.
     """
@@ -119,9 +119,9 @@ def adapt(
     factor: list[float], omega: list[float], phi: Sequence[float], y: float, count: int, alpha: float, h: float,
     limit: float,
 ) -> float:  # fmt: skip
-    """Advance (7) by a sampling period ``h`` [s], in place; return sigma before it. ``limit`` is Gamma_max.
+    """Advance (7) by a sampling period ``h`` [s], in place; return the previous sigma. ``limit`` is Gamma_max.
 
-    ``count`` numbers the steps from 0: it decides which unit vector, if any, has its information restored.
+    ``count`` numbers the steps from 0; it determines the unit vector, if any, whose information is restored.
     """
     n = len(omega)
     sigma, _ = take_measurement(factor, omega, phi, y, measurement_noise(alpha, h), exp(-alpha * h))
@@ -135,8 +135,8 @@ def adapt(
     return sigma
 
 
-def loosen(factor: list[float], index: int, variance: float) -> None:
-    """Add ``variance`` to the diagonal element ``index`` of Gamma, in place: the parameter may have changed by as much.
+def increase_variance(factor: list[float], index: int, variance: float) -> None:
+    """Add ``variance`` to the diagonal element ``index`` of Gamma, in place, because the parameter may have changed.
 
     Rank-one update of U and D by Agee and Turner; D stays positive. Source: Bierman 1977, theorem V.3.1.
     """
@@ -154,51 +154,51 @@ def loosen(factor: list[float], index: int, variance: float) -> None:
             factor[start + i] += beta * a[i]
 
 
-_FORGOTTEN, _TIME = 3.0, 6.0  # A [1] and tau [s], chosen with rigs of another seed than those that are reported on
-_OVER = 12.0 * _TIME  # time after which nothing more is forgotten early [s]: A exp(-12) is 2e-5
+_EARLY_FORGETTING, _EARLY_TIME = 3.0, 6.0  # A [1] and tau [s], chosen with other rigs than those in the results
+_EARLY_END = 12.0 * _EARLY_TIME  # end of the early forgetting [s]: A exp(-12) is 2e-5
 
 
 def kept_information(count: int, samples: int, h: float, alpha: float = 0.0) -> float:
-    """Return the share of the information kept over ``samples`` up to the one numbered ``count`` from 0."""
+    """Return the share of the information kept over ``samples`` samples, the last numbered ``count`` from 0."""
     end = (count + 1) * h
-    kept = exp(-alpha * samples * h)
-    if end - samples * h > _OVER:
-        return kept
-    return kept * exp(-_FORGOTTEN * (exp((samples * h - end) / _TIME) - exp(-end / _TIME)))
+    share = exp(-alpha * samples * h)
+    if end - samples * h > _EARLY_END:
+        return share
+    return share * exp(-_EARLY_FORGETTING * (exp((samples * h - end) / _EARLY_TIME) - exp(-end / _EARLY_TIME)))
 
 
 class AxisState(NamedTuple):
-    """Everything remembered about one axis."""
+    """State of one axis."""
 
     factor: tuple[float, ...]  # of Gamma
     omega: tuple[float, ...]
     sigma: float  # adaptation error [rad/s^2]
-    sums: tuple[float, ...]  # of z, or of z z^T with prediction errors, since the last mean of them
+    sums: tuple[float, ...]  # of z, or of z z^T with prediction errors, since the last update of the moments
     moments: Moments
-    standard_errors: tuple[float, ...]  # of the reported parameters, as last evaluated
-    excitation: float  # level [1], as last evaluated
+    standard_errors: tuple[float, ...]  # of the reported parameters at the last evaluation
+    excitation: float  # level [1] at the last evaluation
 
 
-def initial_axis(own: AxisPlan, plan: Plan) -> AxisState:
+def initial_axis(axis_plan: AxisPlan, plan: Plan) -> AxisState:
     """Return an axis before its first sample."""
-    size = len(own.first) + 1
+    size = len(axis_plan.first) + 1
     sums = (0.0,) * (size * (size + 1) // 2 if plan.predicting else size)
-    certainty = (sqrt(plan.settings.initial_gain),) * own.reported
-    factor = tuple(initial_factor(own.prior))
-    return AxisState(factor, own.first, 0.0, sums, no_moments(size), certainty, 0.0)
+    errors = (sqrt(plan.settings.initial_gain),) * axis_plan.reported
+    factor = tuple(initial_factor(axis_plan.prior))
+    return AxisState(factor, axis_plan.first, 0.0, sums, initial_moments(size), errors, 0.0)
 
 
 def adapt_axis(axis: AxisState, z: tuple[float, ...], count: int, plan: Plan) -> AxisState:
     """Return ``axis`` after one step of (7) on ``z`` = (phi, y); ``count`` numbers the steps."""
-    before, omega_before, _, sums, moments, errors, excitation = axis
-    factor, omega, settings = list(before), list(omega_before), plan.settings
+    old_factor, old_omega, _, sums, moments, errors, excitation = axis
+    factor, omega, settings = list(old_factor), list(old_omega), plan.settings
     sigma = adapt(factor, omega, z, z[-1], count, settings.forgetting, plan.sample_time, settings.gain_limit)
     sums = tuple(map(add, sums, z))
     return AxisState(tuple(factor), tuple(omega), sigma, sums, moments, errors, excitation)
 
 
-def observe_axis(axis: AxisState, count: int, plan: Plan) -> AxisState:
-    """Return ``axis`` with the mean over the last samples, up to the one numbered ``count``, added to its moments."""
+def update_moments(axis: AxisState, count: int, plan: Plan) -> AxisState:
+    """Return ``axis`` with the mean over the samples since the last update, up to number ``count``, in its moments."""
     share, settings, weight = 1.0 / plan.moment_samples, plan.settings, 1.0
     mean = [share * x for x in axis.sums]
     if plan.predicting:
@@ -211,43 +211,40 @@ def observe_axis(axis: AxisState, count: int, plan: Plan) -> AxisState:
     return axis._replace(sums=(0.0,) * len(mean), moments=moments)
 
 
-_NOTHING = 1e-100  # a gain or torque that has been forgotten: the square of a smaller one may be zero
+_SMALLEST = 1e-100  # least gain or torque to divide by: the square of a smaller one may be zero
 
 
 def combinations(which: int, axis: AxisState, plan: Plan) -> tuple[tuple[float, ...], ...]:
-    """Return the rows j whose j^T Omega are what is reported of pitch (0), elevation or travel, to first order."""
-    own = plan.axes[which]
-    n = own.gain + 1
+    """Return the rows j whose j^T Omega are the reported parameters of pitch (0), elevation or travel, linearised."""
+    axis_plan = plan.axes[which]
+    n = axis_plan.gain + 1
     rows: tuple[tuple[float, ...], ...] = tuple([tuple(unit_vector(i, n)) for i in range(n)])
     if which == 0 and plan.settings.rest_angle is None:
         p, q = axis.omega[1], axis.omega[2]
         a = hypotenuse(p, q)
-        a = a if a > _NOTHING else 1.0
+        a = a if a > _SMALLEST else 1.0
         rows = (
             (1.0, 0.0, 0.0, 0.0),
             (0.0, p / a, q / a, 0.0),
             (0.0, 0.0, 0.0, 1.0),
             (0.0, -q / (a * a), p / (a * a), 0.0),
         )
-    if own.reported == n:
+    if axis_plan.reported == n:
         return rows
-    gain, product = axis.omega[own.gain], axis.omega[n]
-    gain = gain if abs(gain) > _NOTHING else 1.0
-    slope = (*([0.0] * own.gain), -product / (gain * gain), 1.0 / gain)
+    gain, product = axis.omega[axis_plan.gain], axis.omega[n]
+    gain = gain if abs(gain) > _SMALLEST else 1.0
+    slope = (*([0.0] * axis_plan.gain), -product / (gain * gain), 1.0 / gain)
     return (*[(*row, 0.0) for row in rows], slope)
 
 
 def evaluate_axis(axis: AxisState, combinations: tuple[tuple[float, ...], ...], count: int, plan: Plan) -> AxisState:
-    """Return ``axis`` with standard errors of ``combinations`` of Omega and excitation evaluated at a sample.
-
-    The combinations are of the first parameters of Omega; those that follow are not reported (the noise model's).
-    """
+    """Return ``axis`` with the standard errors of ``combinations`` of Omega without nu, and the excitation."""
     moments, omega, interval, whitened = axis.moments, axis.omega, plan.moment_interval, plan.predicting
     n, reported = len(omega), len(combinations[0])
     rows = tuple([(*row, *([0.0] * (n - reported))) for row in combinations])
-    seen = (count + 1) // plan.moment_samples * plan.moment_samples
-    kept = kept_information(seen - 1, seen, plan.sample_time) if whitened else 1.0
-    weights, blocks = weighted_blocks(moments, plan.settings.forgetting, interval, kept)
+    samples = (count + 1) // plan.moment_samples * plan.moment_samples
+    retained = kept_information(samples - 1, samples, plan.sample_time) if whitened else 1.0
+    weights, blocks = weighted_blocks(moments, plan.settings.forgetting, interval, retained)
     gain = gain_matrix(axis.factor, n)
     return axis._replace(
         standard_errors=standard_errors(weights, blocks, gain, omega, rows, interval, whitened),

@@ -1,4 +1,4 @@
-"""Test signals for identification, as pure functions of time; standard library only, since FMUs carry it.
+"""Test signals for identification, as pure functions of time; standard library only, because FMUs contain it.
 
 One signal on the difference of both rotor voltages and one on their sum, v_0 the base voltage of each rotor [V]:
 
@@ -15,15 +15,15 @@ Both voltages are clipped to the amplifier's limit.
 the experiments) takes .25 and 1 V with T = 20 s and a chirp of A = .2 V from f_0 = 2 Hz down to f_1 = .5 Hz, repeated
 every T_c = 10 s; experiment 2 doubles both periods. It drives the pitch through v_f - v_r, doubles the voltages for
 elevation and travel, and excites one axis at a time. ``both`` drives all axes at once, with the periods on the
-difference .77 times those on the sum: squares that switch together would make the regressors nearly the same.
+difference .77 times those on the sum: squares that switch together would make the regressors nearly equal.
 
 **The multisine** has equal tones, log-spaced, on the harmonics of one period, and random phases:
 
     u(t) = rms sqrt(2 / N) sum_i sin(2 pi f_i t + phi_i)
 
 The tones f_i [Hz] are ``tones`` log-spaced frequencies between ``lowest`` and ``highest``, each moved to the nearest
-harmonic of 1/``period``, duplicates dropped (N <= ``tones``). The phases are uniform draws of ``random.Random(seed)``;
-of twenty drawn sets the one of least crest factor is kept.
+harmonic of 1/``period``, without duplicates (N <= ``tones``). The phases are uniform draws of ``random.Random(seed)``:
+twenty sets are drawn, and that with the least crest factor is used.
 Source: Pintelon and Schoukens, System Identification, 2nd ed. 2012, section 2.3.
 """
 
@@ -40,8 +40,8 @@ from ..errors import ConfigurationError, require_positive, require_range
 Channel = Literal["difference", "total", "both"]
 
 _DETUNING = 0.77  # period of the difference over that of the sum when both are driven; not a ratio of small integers
-_EDGE = 1e-9  # share of a period by which an edge comes early: sample times k h are rounded
-_DRAWS = 20  # sets of phases that are drawn
+_EDGE = 1e-9  # share of a period by which an edge is early, because sample times k h are rounded
+_DRAWS = 20  # number of sets of phases
 _POINTS_PER_CYCLE = 8  # of the highest tone, on which the peak is searched: it is found to 4 % or better
 
 
@@ -82,9 +82,9 @@ class Multisine:
     rms: float = 0.45  # root mean square over a period [V]
     lowest: float = 1.0 / 30.0  # of the band [Hz]
     highest: float = 2.5  # [Hz]
-    tones: int = 12  # asked for
+    tones: int = 12  # before duplicates are dropped
     period: float = 90.0  # [s]
-    seed: int = 1  # the same one gives the same phases on every machine
+    seed: int = 1  # gives the same phases on every machine
 
     def __post_init__(self) -> None:
         require_range("multisine.rms", self.rms, "V", lower=0.0)
@@ -102,7 +102,7 @@ class Multisine:
 
 @dataclass(frozen=True)
 class Excitation:
-    """What drives both rotors; ConfigurationError if the base is beyond the limit, or the limit not positive."""
+    """Test signals on both rotors; ConfigurationError if the base is beyond the limit, or the limit not positive."""
 
     base: float = 1.0  # v_0 [V]
     difference: SquareChirp | Multisine | None = None  # u_d
@@ -148,13 +148,13 @@ def paper_channels(experiment: int, channel: Channel) -> tuple[SquareChirp | Non
         raise ConfigurationError(f"experiment = {experiment!r} must be 1 or 2")
     if channel not in ("difference", "total", "both"):
         raise ConfigurationError(f"channel = {channel!r} must be 'difference', 'total' or 'both'")
-    once = SquareChirp()
+    square = SquareChirp()
     total = replace(
-        once, low=2.0 * once.low, high=2.0 * once.high, chirp_amplitude=2.0 * once.chirp_amplitude,
-        period=experiment * once.period, chirp_period=experiment * once.chirp_period,
+        square, low=2.0 * square.low, high=2.0 * square.high, chirp_amplitude=2.0 * square.chirp_amplitude,
+        period=experiment * square.period, chirp_period=experiment * square.chirp_period,
     )  # fmt: skip
-    slower = _DETUNING if channel == "both" else 1.0
-    difference = replace(once, period=slower * total.period, chirp_period=slower * total.chirp_period)
+    stretch = _DETUNING if channel == "both" else 1.0
+    difference = replace(square, period=stretch * total.period, chirp_period=stretch * total.chirp_period)
     return None if channel == "total" else difference, None if channel == "difference" else total
 
 
@@ -173,7 +173,7 @@ def phases(seed: int, count: int) -> list[float]:
 
 
 def _harmonics(lowest: float, highest: float, tones: int, period: float) -> list[int]:
-    """Return the harmonics of 1/``period`` next to ``tones`` log-spaced frequencies [Hz], each once."""
+    """Return the harmonics of 1/``period`` nearest to ``tones`` log-spaced frequencies [Hz], each once."""
     growth = log(highest / lowest) / max(tones - 1, 1)
     harmonics: list[int] = []
     for i in range(tones):
@@ -187,7 +187,7 @@ def _harmonics(lowest: float, highest: float, tones: int, period: float) -> list
 def multisine_components(
     lowest: float, highest: float, tones: int, period: float, seed: int
 ) -> tuple[tuple[float, float], ...]:
-    """Return angular frequency [rad/s] and phase [rad] of the tones, those of least crest factor; searched once."""
+    """Return angular frequency [rad/s] and phase [rad] of the tones, with the phases of least crest factor."""
     require_positive("multisine.lowest", lowest, "Hz")
     require_range("multisine.highest", highest, "Hz", lower=lowest)
     require_range("multisine.tones", tones, "1", 1, 1000)
@@ -198,15 +198,15 @@ def multisine_components(
         raise ConfigurationError(
             f"multisine.period = {period:g} s has no harmonic near {lowest:g} Hz: take at least {1.0 / lowest:g} s"
         )
-    drawn = phases(seed, _DRAWS * count)
+    draws = phases(seed, _DRAWS * count)
     points = _POINTS_PER_CYCLE * harmonics[-1]
-    least = inf
+    lowest_peak = inf
     best: tuple[tuple[float, float], ...] = ()
     for k in range(_DRAWS):
-        own = drawn[k * count : (k + 1) * count]
-        tried = tuple([(2.0 * pi * n / period, phase) for n, phase in zip(harmonics, own, strict=True)])
-        peak = max(abs(multisine_value(1.0, tried, period * i / points)) for i in range(points))
-        if peak < least:
-            least = peak
-            best = tried
+        phases_of_set = draws[k * count : (k + 1) * count]
+        components = tuple([(2.0 * pi * n / period, phase) for n, phase in zip(harmonics, phases_of_set, strict=True)])
+        peak = max(abs(multisine_value(1.0, components, period * i / points)) for i in range(points))
+        if peak < lowest_peak:
+            lowest_peak = peak
+            best = components
     return best

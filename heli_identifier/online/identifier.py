@@ -1,15 +1,15 @@
-"""The on-line identifier of all three axes, as a pure step: what it remembers between two samples, and what it says.
+"""The on-line identifier of all three axes, as a pure step: its state between two samples, and its output.
 
     plan = prepare(settings)
     state = start(plan, now)                            sample 0
     state, output = step(state, now, plan)              samples 1, 2, ...
 
-Sample k holds the angles at t_k = k h and the voltages held over [t_k, t_k + h). The output for sample k uses
+Sample k has the angles at t_k = k h and the voltages, constant over [t_k, t_k + h). The output for sample k uses
 nothing later than its angles. The adaptation rests for the first 10/omega_f, in which the effect of the unknown motion
-before sample 0 on the filters fades to exp(-7).
+before sample 0 on the filters decays to exp(-7).
 
-Sample k is due at t_0 + k h, whatever step a host takes. At a communication point t the samples that are due are taken
-in; one between two points has the angles of the straight line between them and the voltages held since the earlier.
+Sample k is due at t_0 + k h, whatever step a host takes. At a communication point all samples due by then are taken.
+A sample between two points has linearly interpolated angles and the voltages of the earlier point.
 """
 
 from math import atan2, sqrt
@@ -17,11 +17,11 @@ from typing import NamedTuple, Optional
 
 from heli_plant.motor import saturate
 
-from .adaptation import AxisState, adapt_axis, combinations, evaluate_axis, initial_axis, observe_axis
+from .adaptation import AxisState, adapt_axis, combinations, evaluate_axis, initial_axis, update_moments
 from .instruments import NO_REFERENCES, References, advance_references, contradicts, solve_gain
 from .linear_algebra import hypotenuse
-from .loop import Feedback, feedback_score, shares, watch_error, watch_innovation
-from .prediction_error import PredictorState, first_predictor, predict_axis
+from .loop import Feedback, feedback_score, shares, update_score, update_score_by_error
+from .prediction_error import PredictorState, initial_predictor, predict_axis
 from .settings import ModelParameters, Plan
 from .signals import (
     Angles,
@@ -37,12 +37,12 @@ from .signals import (
 )
 from .whitening import settled_memory, whiten
 
-_PITCH, _ELEVATION, _TRAVEL = 0, 1, 2  # step of a report interval in which an axis is evaluated: none pays for three
-_EARLY = 1e-6  # share of its period by which a sample is due early: communication points k H are rounded
+_PITCH, _ELEVATION, _TRAVEL = 0, 1, 2  # axes, and the steps of a report interval in which they are evaluated
+_EARLY = 1e-6  # share of its period by which a sample is due early, because communication points k H are rounded
 
 
 class Axis(NamedTuple):
-    """One axis: its estimate, its predictor (None where the method is the adaptation), what is known of its loop."""
+    """State of one axis; without a predictor the method is the adaptation."""
 
     estimate: AxisState
     predictor: Optional[PredictorState]  # noqa: UP045 - a host's Python may be 3.9, where types have no |
@@ -50,28 +50,28 @@ class Axis(NamedTuple):
 
 
 class IdentifierState(NamedTuple):
-    """Everything remembered between two samples."""
+    """State between two samples."""
 
-    samples: int  # after sample 0
-    voltages: tuple[float, float]  # sums of front and rear voltage [V] since the last sample that was taken
+    samples: int  # number of samples after sample 0
+    voltages: tuple[float, float]  # sums of front and rear voltage [V] since the last sample that was used
     signals: Signals
     lag: Optional[LagState]  # noqa: UP045
     axes: tuple[Axis, Axis, Axis]  # pitch, elevation, travel
-    references: References  # the instruments of all axes
+    references: References
 
 
 _LEAST_ERROR = 1e-9  # least standard error of a lag [s], so that weights stay finite
 
 
 class Lag(NamedTuple):
-    """The motors' time constant T_m and its standard error, 0 where it is given [s]."""
+    """The motors' time constant T_m and its standard error [s], which is 0 for a known time constant."""
 
     value: float
     standard_error: float
 
 
 class IdentifierOutput(NamedTuple):
-    """What is known after a sample; triples are of pitch, elevation, travel."""
+    """The output after a sample; triples are of pitch, elevation, travel."""
 
     parameters: ModelParameters
     standard_errors: ModelParameters
@@ -79,72 +79,72 @@ class IdentifierOutput(NamedTuple):
     excitation: tuple[float, float, float]  # level [1]
     feedback: tuple[float, float, float]  # score of a closed loop [1]
     lag: Lag
-    instruments: tuple[float, float, float]  # k_x, k_z, k_y by the references [rad/s^2/V], 0 where none has moved
+    instruments: tuple[float, float, float]  # k_x, k_z, k_y by the references [rad/s^2/V], 0 if none has moved
     instrument_errors: tuple[float, float, float]  # their standard errors
-    contradicted: bool  # whether they exclude an estimate
+    contradicted: bool  # whether the instruments exclude an estimate
     adapting: bool  # false while the adaptation rests
 
 
 def start(plan: Plan, now: Sample, references: Angles = NO_REFERENCES) -> IdentifierState:
-    """Return the state at sample 0, which is ``now``, filters and motors settled at it; references [rad]."""
+    """Return the state at sample 0, which is ``now``, with filters and motors in steady state; references [rad]."""
     settings, h = plan.settings, plan.sample_time
     signals = settled_signals(now, settings.voltage_limit)
     lag = settled_lag(signals, h, settings.motor_time_constant) if plan.estimates_lag else None
     z_1, z_2, z_3 = regressions(signals, lag, settings.rest_angle, plan.filter)
     front, rear = signals.voltages
     axes = (
-        _first_axis(_PITCH, z_1, front - rear, plan),
-        _first_axis(_ELEVATION, z_2, front + rear, plan),
-        _first_axis(_TRAVEL, z_3, front - rear, plan),
+        _initial_axis(_PITCH, z_1, front - rear, plan),
+        _initial_axis(_ELEVATION, z_2, front + rear, plan),
+        _initial_axis(_TRAVEL, z_3, front - rear, plan),
     )
     return IdentifierState(0, signals.voltages, signals, lag, axes, References(references))
 
 
 def before_samples(plan: Plan) -> IdentifierOutput:
-    """Return what is known before the first sample: the initial estimate, and how uncertain Gamma(0) makes it."""
+    """Return the output before the first sample: the initial estimate with the uncertainty of Gamma(0)."""
     return output_of(start(plan, (0.0, 0.0, 0.0, 0.0, 0.0)), plan)._replace(parameters=plan.settings.initial)
 
 
-def _first_axis(which: int, z: tuple[float, ...], voltage: float, plan: Plan) -> Axis:
-    own = plan.axes[which]
-    predictor = first_predictor(z, own, plan) if plan.predicting else None
-    return Axis(initial_axis(own, plan), predictor, Feedback(settled_memory(0.0, plan.usual), voltage))
+def _initial_axis(which: int, z: tuple[float, ...], voltage: float, plan: Plan) -> Axis:
+    axis_plan = plan.axes[which]
+    predictor = initial_predictor(z, axis_plan, plan) if plan.predicting else None
+    return Axis(initial_axis(axis_plan, plan), predictor, Feedback(settled_memory(0.0, plan.error_whitening), voltage))
 
 
 def step(
     state: IdentifierState, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
 ) -> tuple[IdentifierState, IdentifierOutput]:
-    """Take in the next sample and, where there are any, the controller's references [rad]."""
-    samples, before, every, settings = state.samples + 1, state.signals, plan.every, plan.settings
-    if every > 1:
+    """Return state and output after the next sample with the controller's references [rad]."""
+    samples, previous, decimation, settings = state.samples + 1, state.signals, plan.decimation, plan.settings
+    if decimation > 1:
         limit = settings.voltage_limit
         sum_front, sum_rear = state.voltages
-        if samples % every > 0:
+        if samples % decimation > 0:
             sums = sum_front + saturate(now[0], limit), sum_rear + saturate(now[1], limit)
             state = state._replace(samples=samples, voltages=sums)
             return state, output_of(state, plan)
-        before = before._replace(voltages=(sum_front / every, sum_rear / every))
+        previous = previous._replace(voltages=(sum_front / decimation, sum_rear / decimation))
     h, assumed, f = plan.sample_time, settings.motor_time_constant, plan.filter
     lag = state.lag
-    signals = advance_signals(before, now, h, assumed, settings.voltage_limit, f)
+    signals = advance_signals(previous, now, h, assumed, settings.voltage_limit, f)
     if lag is not None:
-        lag = advance_lag(lag, before, signals, h, f)
-    z_1, z_2, z_3 = regressions(signals, lag, settings.rest_angle, plan.filter)
-    count, asked = samples // every - plan.hold_samples, state.references
+        lag = advance_lag(lag, previous, signals, h, f)
+    z_1, z_2, z_3 = regressions(signals, lag, settings.rest_angle, f)
+    count, new_references = samples // decimation - plan.hold_samples, state.references
     if count >= 0 and plan.predicting:
-        asked = advance_references(asked, references, count, h)
+        new_references = advance_references(new_references, references, count, h)
     front, rear = signals.voltages
-    b: tuple[float, ...] = state.references.b if asked.moved else ()
+    b: tuple[float, ...] = state.references.b if new_references.moved else ()
     pitch_axis, elevation_axis, travel_axis = state.axes
     axes = (
-        _advance_axis(_PITCH, pitch_axis, z_1, front - rear, count, b, asked, plan),
-        _advance_axis(_ELEVATION, elevation_axis, z_2, front + rear, count, b, asked, plan),
-        _advance_axis(_TRAVEL, travel_axis, z_3, front - rear, count, b, asked, plan),
+        _advance_axis(_PITCH, pitch_axis, z_1, front - rear, count, b, new_references, plan),
+        _advance_axis(_ELEVATION, elevation_axis, z_2, front + rear, count, b, new_references, plan),
+        _advance_axis(_TRAVEL, travel_axis, z_3, front - rear, count, b, new_references, plan),
     )
     if lag is not None and count >= 0 and count % plan.report_samples == _TRAVEL:
-        found = lag_of(axes[0].estimate, axes[1].estimate, plan)
-        lag = follow_lag(lag, found.value, found.standard_error, h, assumed)
-    state = IdentifierState(samples, signals.voltages, signals, lag, axes, asked)
+        estimate = lag_of(axes[0].estimate, axes[1].estimate, plan)
+        lag = follow_lag(lag, estimate.value, estimate.standard_error, h, assumed)
+    state = IdentifierState(samples, signals.voltages, signals, lag, axes, new_references)
     return state, output_of(state, plan)
 
 
@@ -152,9 +152,9 @@ def _advance_axis(
     which: int, axis: Axis, z: tuple[float, ...], voltage: float, count: int, b: tuple[float, ...],
     references: References, plan: Plan,
 ) -> Axis:  # fmt: skip
-    """Return one axis after a sample, with its moments and, in its turn, its standard errors and excitation."""
+    """Return one axis after a sample; once per report interval its standard errors and excitation are evaluated."""
     estimate, predictor, loop = axis
-    own, h = plan.axes[which], plan.sample_time
+    axis_plan, h = plan.axes[which], plan.sample_time
     if count < 0:
         if predictor is None:
             return axis
@@ -162,32 +162,31 @@ def _advance_axis(
         return axis._replace(predictor=predictor._replace(memory=tuple(memory)))
     if predictor is None:
         estimate = adapt_axis(estimate, z, count, plan)
-        loop = watch_error(loop, estimate.sigma, voltage, count, h, plan.usual)
+        loop = update_score_by_error(loop, estimate.sigma, voltage, count, h, plan.error_whitening)
     else:
-        estimate, predictor = predict_axis(estimate, predictor, z, count, b, own, plan)
-        loop = watch_innovation(loop, estimate.sigma, voltage, count, h)
+        estimate, predictor = predict_axis(estimate, predictor, z, count, b, axis_plan, plan)
+        loop = update_score(loop, estimate.sigma, voltage, count, h)
     if (count + 1) % plan.moment_samples == 0:
-        estimate = observe_axis(estimate, count, plan)
+        estimate = update_moments(estimate, count, plan)
     if count % plan.report_samples == which:
         rows = combinations(which, estimate, plan)
         estimate = evaluate_axis(estimate, rows, count, plan)
         if predictor is not None:
-            # only what came from outside the loop counts
-            counted = shares(predictor.outside, rows)
-            errors = [error / sqrt(share) for error, share in zip(estimate.standard_errors, counted, strict=True)]
+            from_outside = shares(predictor.outside, rows)  # only information from outside the loop counts
+            errors = [error / sqrt(share) for error, share in zip(estimate.standard_errors, from_outside, strict=True)]
             estimate = estimate._replace(standard_errors=tuple(errors))
             if references.moved:
-                found = solve_gain(predictor.instruments, estimate.omega, own.prior, own.gain, h)
-                predictor = predictor._replace(instruments=found)
+                instruments = solve_gain(predictor.instruments, estimate.omega, axis_plan.prior, axis_plan.gain, h)
+                predictor = predictor._replace(instruments=instruments)
     return Axis(estimate, predictor, loop)
 
 
 def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
-    """Return what is known in ``state``, without a step."""
+    """Return the output of ``state``, without a step."""
     pitch, elevation, travel = state.axes
     (omega_1, errors_1), (omega_2, errors_2), (omega_3, errors_3) = [
-        (axis.estimate.omega[: own.gain + 1], axis.estimate.standard_errors[: own.gain + 1])
-        for axis, own in zip(state.axes, plan.axes, strict=True)
+        (axis.estimate.omega[: axis_plan.gain + 1], axis.estimate.standard_errors[: axis_plan.gain + 1])
+        for axis, axis_plan in zip(state.axes, plan.axes, strict=True)
     ]
     rest = plan.settings.rest_angle
     if rest is not None:
@@ -215,18 +214,18 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
         instruments,
         instrument_errors,
         contradicted,
-        state.samples // plan.every >= plan.hold_samples,
+        state.samples // plan.decimation >= plan.hold_samples,
     )
 
 
 def lag_of(pitch: AxisState, elevation: AxisState, plan: Plan) -> Lag:
-    """Return the lag from pitch and elevation, each weighted by the inverse square of its standard error."""
+    """Return the lag as the mean of pitch and elevation, weighted by their inverse squared standard errors."""
     assumed = plan.settings.motor_time_constant
     if not plan.estimates_lag:
         return Lag(assumed, 0.0)
     weighted, weights = 0.0, 0.0
-    for axis, own in ((pitch, plan.axes[0]), (elevation, plan.axes[1])):
-        gain, product = axis.omega[own.gain], axis.omega[own.gain + 1]
+    for axis, axis_plan in ((pitch, plan.axes[0]), (elevation, plan.axes[1])):
+        gain, product = axis.omega[axis_plan.gain], axis.omega[axis_plan.gain + 1]
         error = max(axis.standard_errors[-1], _LEAST_ERROR)
         weight = 1.0 / (error * error)
         weighted += weight * (product / gain if gain != 0.0 else 0.0)
@@ -235,33 +234,33 @@ def lag_of(pitch: AxisState, elevation: AxisState, plan: Plan) -> Lag:
 
 
 class Sampled(NamedTuple):
-    """State of the identifier; times [s] of sample 0 and of the communication point before; what was read there."""
+    """State of the identifier within a host that chooses the communication points."""
 
     state: IdentifierState
-    first: float
-    before: float
-    previous: Sample
+    first: float  # time of sample 0 [s]
+    before: float  # time of the last communication point [s]
+    previous: Sample  # values at the last communication point
 
 
 def begin_sampling(time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES) -> Sampled:
-    """Return what is remembered after sample 0, which is ``now`` at ``time`` [s], with its ``references`` [rad]."""
+    """Return the state after sample 0, which is ``now`` at ``time`` [s], with its ``references`` [rad]."""
     return Sampled(start(plan, now, references), time, time, now)
 
 
 def next_due(sampled: Sampled, plan: Plan) -> float:
-    """Return when the next sample is due [s]."""
+    """Return the time at which the next sample is due [s]."""
     return sampled.first + (sampled.state.samples + 1) * plan.settings.sample_time
 
 
 def is_due(sampled: Sampled, time: float, plan: Plan) -> bool:
-    """Return whether a further sample is due up to ``time`` [s]."""
+    """Return whether the next sample is due by ``time`` [s]."""
     return next_due(sampled, plan) <= time + _EARLY * plan.settings.sample_time
 
 
 def take_sample(
     sampled: Sampled, time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
 ) -> tuple[IdentifierState, IdentifierOutput]:
-    """Take in the next sample, which is due up to ``time`` [s], at which ``now`` and the ``references`` are read."""
+    """Take the next sample, due by the communication point ``time`` [s] with the values ``now`` and ``references``."""
     due = next_due(sampled, plan)
     if due < time - _EARLY * plan.settings.sample_time:
         share = (due - sampled.before) / (time - sampled.before)
@@ -274,7 +273,7 @@ def take_sample(
 def take_samples(
     sampled: Sampled, time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
 ) -> tuple[Sampled, IdentifierOutput | None]:
-    """Take in the samples that are due up to ``time`` [s], at which ``now`` is read; the output is None if none was."""
+    """Take all samples due by the communication point ``time`` [s]; the output is None if there is none."""
     output: IdentifierOutput | None = None
     while is_due(sampled, time, plan):
         state, output = take_sample(sampled, time, now, plan, references)

@@ -1,4 +1,4 @@
-"""Sums, packed symmetric matrices and one elimination; standard library only.
+"""Sums, packed symmetric matrices and an elimination; standard library only.
 
 A symmetric matrix A of n rows is packed as its upper triangle by rows, [A_00, A_01, .., A_11, A_12, ..], so that
 u^T A v is an inner product of that triangle with :func:`bilinear_form`. Positive semidefinite ones are factored as
@@ -12,7 +12,7 @@ from operator import add, mul
 
 Rows = list[list[float]]
 
-_LEAST_PIVOT = 1e-10  # share of a diagonal element of B that must remain beside the earlier columns
+_LEAST_PIVOT = 1e-10  # least share of a diagonal element of B that remains after eliminating the earlier columns
 
 
 def total(values: Iterable[float]) -> float:
@@ -43,13 +43,13 @@ def outer(z: Sequence[float]) -> list[float]:
     return [a * b for i, a in enumerate(z) for b in z[i:]]
 
 
-def with_products(sums: Sequence[float], kept: float, z: Sequence[float], weight: float = 1.0) -> tuple[float, ...]:
-    """Return ``kept`` sums + ``weight`` z z^T, packed."""
-    return tuple([kept * x + weight * y for x, y in zip(sums, outer(z), strict=True)])
+def with_products(sums: Sequence[float], decay: float, z: Sequence[float], weight: float = 1.0) -> tuple[float, ...]:
+    """Return ``decay`` sums + ``weight`` z z^T, packed."""
+    return tuple([decay * x + weight * y for x, y in zip(sums, outer(z), strict=True)])
 
 
 def split_packed(packed: Sequence[float], size: int, n: int) -> tuple[Rows, Rows]:
-    """Return of the first ``n`` of ``size`` rows of a packed matrix B, from its diagonal on, and what is behind it."""
+    """Split the first ``n`` of ``size`` rows of a packed matrix: columns from the diagonal up to n, and the rest."""
     rows: Rows = []
     start = 0
     for j in range(n):
@@ -67,19 +67,19 @@ def bilinear_form(u: Sequence[float], v: Sequence[float]) -> list[float]:
 def eliminate(B: Rows, C: Rows) -> tuple[Rows, Rows]:
     """Return (U, L^-1 C) of B = L U; rows of B and U begin at the diagonal, which is 0 in U for a dependent column."""
     size, U = len(B), [list(row) for row in B]
-    wholes = [row[0] for row in U]
+    diagonal = [row[0] for row in U]
     for j in range(size):
         pivot = U[j][0]
-        if pivot <= _LEAST_PIVOT * wholes[j]:
+        if pivot <= _LEAST_PIVOT * diagonal[j]:
             U[j] = [0.0] * (size - j)
             C[j] = [0.0] * len(C[j])
         else:
             for k in range(j + 1, size):
-                share = U[j][k - j] / pivot
+                factor = U[j][k - j] / pivot
                 for m in range(k, size):
-                    U[k][m - k] -= share * U[j][m - j]
+                    U[k][m - k] -= factor * U[j][m - j]
                 for m in range(len(C[k])):
-                    C[k][m] -= share * C[j][m]
+                    C[k][m] -= factor * C[j][m]
     return U, C
 
 
@@ -92,11 +92,11 @@ def quadratic_form(U: Rows, C: Rows) -> Rows:
     """Return C^T B^-1 C, shape (columns, columns), from the eliminated (U, L^-1 C); dependent columns are left out."""
     columns = len(C[0])
     S = [[0.0] * columns for _ in range(columns)]
-    for row, own in zip(U, C, strict=True):
+    for row, values in zip(U, C, strict=True):
         if row[0] > 0.0:
             for k in range(columns):
                 for m in range(columns):
-                    S[k][m] += own[k] * own[m] / row[0]
+                    S[k][m] += values[k] * values[m] / row[0]
     return S
 
 
@@ -107,9 +107,9 @@ def back_solve(U: Rows, C: Rows) -> tuple[tuple[float, ...], ...]:
         x = [0.0] * len(U)
         for j in range(len(U) - 1, -1, -1):
             if U[j][0] > 0.0:
-                left = C[j][k]
+                rest = C[j][k]
                 for m in range(j + 1, len(U)):
-                    left -= U[j][m - j] * x[m]
-                x[j] = left / U[j][0]
+                    rest -= U[j][m - j] * x[m]
+                x[j] = rest / U[j][0]
         columns.append(tuple(x))
     return tuple(columns)

@@ -1,20 +1,20 @@
-"""The loop that a controller closes: whether there is one, and what the data tell in spite of it.
+"""The loop that a controller closes: whether there is one, and how much the data tell in spite of it.
 
-**Is there one?** An innovation e_k is what nothing before the angles of sample k can tell. In open loop no later
-voltage depends on it; under a controller every later one does. With v_k the voltage held from t_k on (the rotors'
+**Is there one?** An innovation e_k cannot be predicted from anything before the angles of sample k. In open loop no
+later voltage depends on it; in closed loop every later one does. With v_k the voltage held from t_k on (the rotors'
 difference for pitch and travel, their sum for elevation), the score is
 
     s_b   = sum of (e_k - e_(k-2)) (v_k - v_(k-1)) over a block of 1 s
     score = sum_b w_b s_b / sqrt(sum_b w_b^2 s_b^2),    w_b = exp(-age / 60 s)
 
-The differences leave out slow changes, which errors of the estimate and an excitation have in common. In open loop the
-score follows roughly a normal distribution; in closed loop it grows with the square root of time, to 5 in 30 s. The
-paper's adaptation has no innovations; its error sigma is whitened here, with a fixed G.
+The differences remove slow changes, which errors of the estimate and an excitation have in common. In open loop the
+score has roughly a normal distribution; in closed loop it grows with the square root of time, to 5 in 30 s. The paper's
+adaptation has no innovations; its error sigma is whitened here, with a fixed G.
 Source: Soderstrom and Stoica, System Identification, 1989, section 11.2 (independence of residuals and inputs).
 
-**What comes from outside?** Where nothing from outside moves a loop, every regressor is the loop's answer to past
-innovations, and prediction errors tell gain and stiffness apart by the noise model alone. With a noise model that may
-be anything, all that counts is the part of the regressors that past innovations do not explain.
+**What comes from outside?** If nothing from outside excites a loop, every regressor is the loop's answer to past
+innovations, and prediction errors tell gain and stiffness apart by the noise model alone. If the noise model may be
+wrong, only the part of the regressors counts that past innovations do not explain.
 
 Past innovations, scaled to the intensity 1, pass four Laguerre filters of the pole p; b are their outputs. From the
 weighted sums of products of b and of the whitened regressors psi follow, for a combination j^T Omega,
@@ -22,8 +22,8 @@ weighted sums of products of b and of the whitened regressors psi follow, for a 
     R   = sum of psi psi^T,    C = sum of psi b^T,    B = sum of b b^T
     share = j^T R^-1 j / j^T (R - C B^-1 C^T)^-1 j
 
-between 0 (all of it can be an answer to innovations) and 1. Four filters do not describe a loop completely: in hover
-without excitation they left a share of up to .4. What is beyond ``UNEXPLAINED`` counts,
+between 0 (all can be an answer to innovations) and 1. Four filters do not describe a loop completely: in hover without
+excitation the share was up to .4. Only the share beyond ``UNEXPLAINED`` counts,
 
     standard error = that of white innovations / sqrt((share - UNEXPLAINED) / (1 - UNEXPLAINED))
 
@@ -40,45 +40,45 @@ from .linear_algebra import eliminate, is_singular, quadratic_form, split_packed
 from .whitening import Memory, Whitening, whiten
 
 CLOSED = 3.0
-"""A score beyond it, of either sign, says that the loop is closed; in open loop by chance in .3 % of the cases."""
+"""Absolute score from which the loop counts as closed; in open loop it is exceeded by chance in .3 % of the cases."""
 
 _BLOCK_TIME = 1.0  # length of a block [s]
-_KEPT = exp(-_BLOCK_TIME / 60.0)  # share of the sums that is kept from block to block [1]
-_REST_TIME = 3.0  # time of the estimation for which nothing is taken in [s]: sigma is not an innovation yet
+_BLOCK_DECAY = exp(-_BLOCK_TIME / 60.0)  # factor of the sums from block to block [1]
+_REST_TIME = 3.0  # time of the estimation before the first block [s]: sigma is not an innovation yet
 
 
 class Feedback(NamedTuple):
-    """What is known about the loop of one axis."""
+    """State of the score of one axis."""
 
     memory: Memory  # of whitening adaptation errors
-    voltage: float  # held from the last sample on [V]
+    voltage: float  # since the last sample [V]
     e1: float = 0.0  # last innovation [rad/s^2]
     e2: float = 0.0
     block: float = 0.0  # sum of the unfinished block
-    filled: int = 0  # samples in it
+    filled: int = 0  # samples in that block
     total: float = 0.0  # weighted sum of s_b
-    squares: float = 0.0  # weighted sum of its square
+    squares: float = 0.0  # weighted sum of s_b^2
 
 
-def watch_error(f: Feedback, sigma: float, voltage: float, count: int, h: float, w: Whitening) -> Feedback:
-    """Return ``f`` after a sample with adaptation error ``sigma``; the rest as for :func:`watch_innovation`."""
+def update_score_by_error(f: Feedback, sigma: float, voltage: float, count: int, h: float, w: Whitening) -> Feedback:
+    """Return ``f`` after a sample with adaptation error ``sigma``; the rest as for :func:`update_score`."""
     memory, e = whiten(f[:1], (sigma,), w)
-    return watch_innovation(Feedback(memory[0], *f[1:]), e[0], voltage, count, h)
+    return update_score(Feedback(memory[0], *f[1:]), e[0], voltage, count, h)
 
 
-def watch_innovation(f: Feedback, e: float, voltage: float, count: int, h: float) -> Feedback:
+def update_score(f: Feedback, e: float, voltage: float, count: int, h: float) -> Feedback:
     """Return ``f`` after the sample ``count`` with innovation ``e`` [rad/s^2]; ``voltage`` is held from it on."""
-    memory, before, e1, e2, block, filled, total, squares = f
+    memory, old_voltage, e1, e2, block, filled, total, squares = f
     if count >= round(_REST_TIME / h):
-        block, filled = block + (e - e2) * (voltage - before), filled + 1
+        block, filled = block + (e - e2) * (voltage - old_voltage), filled + 1
     if filled >= max(1, round(_BLOCK_TIME / h)):
-        total, squares = _KEPT * total + block, _KEPT * _KEPT * squares + block * block
+        total, squares = _BLOCK_DECAY * total + block, _BLOCK_DECAY * _BLOCK_DECAY * squares + block * block
         block, filled = 0.0, 0
     return Feedback(memory, voltage, e, e1, block, filled, total, squares)
 
 
 def is_closed(scores: tuple[float, float, float]) -> bool:
-    """Return whether one of the axes' scores says that the loop is closed."""
+    """Return whether the score of one of the axes says that the loop is closed."""
     return max(abs(scores[0]), abs(scores[1]), abs(scores[2])) > CLOSED
 
 
@@ -89,28 +89,28 @@ def feedback_score(f: Feedback) -> float:
 
 FILTERS = 4  # number of Laguerre filters
 _POLE = 2.0  # p [rad/s]: that of loops of elevation and pitch
-_PERIOD = 0.1  # time between two products [s], ample for the correlation of signals as slow as these
+_PERIOD = 0.1  # time between two products [s], short enough for signals as slow as these
 UNEXPLAINED = 0.4
-"""Share that counts as nothing. Chosen with generated rigs of another seed than those that results are reported on."""
+"""Largest share that counts as nothing, chosen with other generated rigs than those in the results."""
 
-_LEAST_SHARE = 1e-4  # of what counts: standard errors grow to a hundred times at most
+_LEAST_SHARE = 1e-4  # least share that counts: standard errors grow by a factor of a hundred at most
 
 
 class Outside(NamedTuple):
-    """What is known about the part of the regressors that comes from outside."""
+    """State of the regressors' share from outside the loop."""
 
-    waiting: float  # sum of the innovations since the last products
+    innovation_sum: float  # sum of the innovations since the last products
     filtered: tuple[float, ...]  # outputs of the filters
     products: tuple[float, ...]  # packed sums of products of (b, psi)
 
 
-def products_every(h: float) -> int:
-    """Return the number of samples, ``h`` [s] apart, from products to products."""
+def product_interval(h: float) -> int:
+    """Return the number of samples of period ``h`` [s] between two products."""
     return max(1, round(_PERIOD / h))
 
 
 def advance_laguerre(x: Sequence[float], u: float, time: float) -> list[float]:
-    """Return the outputs of the filters after ``x``, ``time`` [s] later, and the input ``u``."""
+    """Return the outputs of the filters with the input ``u``, ``time`` [s] after the outputs ``x``."""
     a = exp(-_POLE * time)
     y = [a * x[0] + sqrt(1.0 - a * a) * u]
     for i in range(1, FILTERS):
@@ -118,34 +118,34 @@ def advance_laguerre(x: Sequence[float], u: float, time: float) -> list[float]:
     return y
 
 
-def nothing_outside(parameters: int) -> Outside:
-    """Return the state before the first sample of an axis with so many ``parameters``."""
+def initial_outside(parameters: int) -> Outside:
+    """Return the state before the first sample of an axis with ``parameters`` parameters."""
     size = FILTERS + parameters
     return Outside(0.0, (0.0,) * FILTERS, (0.0,) * (size * (size + 1) // 2))
 
 
-def add_regressors(o: Outside, psi: Sequence[float], kept: float, time: float) -> Outside:
-    """Return the state after products of the whitened regressors ``psi``, ``time`` [s] after those before.
+def update_outside(o: Outside, psi: Sequence[float], decay: float, time: float) -> Outside:
+    """Return the state after adding products of the whitened regressors ``psi``, ``time`` [s] after the last ones.
 
-    ``psi`` are known before the sample; ``kept`` is the share of the earlier products [1].
+    ``psi`` are known before the sample; ``decay`` is the factor of the earlier products [1].
     """
-    filtered = advance_laguerre(o.filtered, o.waiting, time)
-    return Outside(0.0, tuple(filtered), with_products(o.products, kept, [*filtered, *psi]))
+    filtered = advance_laguerre(o.filtered, o.innovation_sum, time)
+    return Outside(0.0, tuple(filtered), with_products(o.products, decay, [*filtered, *psi]))
 
 
 def shares(o: Outside, combinations: tuple[tuple[float, ...], ...]) -> tuple[float, ...]:
-    """Return the share of each combination j^T Omega that counts, 1e-4 where the data do not determine it at all."""
+    """Return the share of each combination j^T Omega that counts, 1e-4 if the data do not determine it."""
     n = len(combinations[0])
     rows = [[j[i] for j in combinations] for i in range(n)]
-    silent = [[0.0 for _ in combinations] for _ in range(FILTERS)]
+    zeros = [[0.0 for _ in combinations] for _ in range(FILTERS)]
     B, _ = split_packed(o.products, FILTERS + n, FILTERS + n)
     U, C = eliminate(B[FILTERS:], [list(row) for row in rows])
-    V, D = eliminate(B, [*silent, *rows])
+    V, D = eliminate(B, [*zeros, *rows])
     if is_singular(U) or is_singular(V):
         return tuple([_LEAST_SHARE for _ in combinations])
-    whole, outside = quadratic_form(U, C), quadratic_form(V, D)
-    found: list[float] = []
+    by_all, by_outside = quadratic_form(U, C), quadratic_form(V, D)
+    counted: list[float] = []
     for k in range(len(combinations)):
-        certain = whole[k][k] / outside[k][k] if outside[k][k] > 0.0 else 0.0
-        found.append(max(_LEAST_SHARE, (certain - UNEXPLAINED) / (1.0 - UNEXPLAINED)))
-    return tuple(found)
+        share = by_all[k][k] / by_outside[k][k] if by_outside[k][k] > 0.0 else 0.0
+        counted.append(max(_LEAST_SHARE, (share - UNEXPLAINED) / (1.0 - UNEXPLAINED)))
+    return tuple(counted)

@@ -1,19 +1,19 @@
-"""Recursive prediction errors: estimation of one axis that stays right when a controller closes the loop.
+"""Recursive prediction errors: an estimation of one axis that stays right in closed loop.
 
-Least squares (7) is consistent where its error sigma is independent of the regressors phi, which a controller, that
-answers to torques through the voltages, prevents. Innovations e_k = G sigma (:mod:`.whitening`) are what no earlier
-sample can tell. With z = G (phi, y) and the noise model (:mod:`.whitening`) estimated along, the recursive Gauss-Newton
-step on the sum of e^2 / lambda is adaptation (7) with other regressors,
+Least squares (7) is consistent if its error sigma is independent of the regressors phi. In closed loop it is not: the
+voltages answer to torques. Innovations e_k = G sigma (:mod:`.whitening`) cannot be predicted from earlier samples. With
+z = G (phi, y) and a noise model that is estimated as well (:mod:`.whitening`), the recursive Gauss-Newton step on the
+sum of e^2 / lambda is adaptation (7) with other regressors,
 
     e   = z_y - z_phi^T Omega
     psi = z_phi + r e / (c + r^T Omega)
     Omega' = Gamma psi e / (lambda h),    Gamma' = alpha Gamma - Gamma psi psi^T Gamma / (lambda h)
 
 c + r^T Omega is the derivative of e with respect to the newest angle, which F takes as the end of a straight line: c
-that of z_y, and r that of z_phi with the sign turned. e / (c + r^T Omega) is thus the innovation of the angle itself,
-and psi is z_phi without it: what was known before the sample. The noise model's nu stands behind Omega, with -d and -g
-behind psi. Divided by sqrt(lambda h), e has the intensity 1, and Gamma is the covariance of Omega and nu. Gamma(0) can
-therefore say what can be built on a bench (:data:`.settings.WIDTHS`). The first seconds are forgotten
+is that of z_y, and r that of z_phi with the opposite sign. So e / (c + r^T Omega) is the innovation of the angle, and
+psi is z_phi without it, which is known before the sample. The noise model's nu is appended to Omega, and -d and -g
+to psi. Divided by sqrt(lambda h), e has the intensity 1, and Gamma is the covariance of Omega and nu. Gamma(0) can
+therefore express which rigs exist (:data:`.settings.WIDTHS`). The first seconds are forgotten
 (:func:`.adaptation.kept_information`).
 Sources: Ljung and Soderstrom, Theory and Practice of Recursive Identification, 1983, chapter 3; Forssell and Ljung,
 Closed-loop identification revisited, Automatica 35 (1999), section 5 (the direct method).
@@ -23,10 +23,10 @@ from math import exp, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .adaptation import AxisState, kept_information, loosen, measurement_noise, take_measurement
-from .instruments import Instruments, add_signals, no_instruments
+from .adaptation import AxisState, increase_variance, kept_information, measurement_noise, take_measurement
+from .instruments import Instruments, initial_instruments, update_instruments
 from .linear_algebra import outer, unit_vector
-from .loop import Outside, add_regressors, nothing_outside, products_every
+from .loop import Outside, initial_outside, product_interval, update_outside
 from .settings import AxisPlan, Plan
 from .whitening import (
     BANDWIDTH_CHANGE,
@@ -40,9 +40,9 @@ from .whitening import (
     Whitening,
     bandwidth_slope,
     bound_noise,
-    first_noise,
-    remember,
+    initial_noise,
     settled_memory,
+    update_noise,
     whiten,
     whitening,
 )
@@ -52,102 +52,101 @@ _MOST_PARAMETERS = 8  # of an axis: the elevation's with the motors' lag and the
 
 
 class PredictorState(NamedTuple):
-    """Past of the whitened signals, noise model, G, what came from outside the loop, and instruments of an axis."""
+    """State of the prediction errors of an axis."""
 
-    memory: tuple[Memory, ...]
+    memory: tuple[Memory, ...]  # of the whitened signals
     noise: NoiseModel
-    whitening: Whitening
+    whitening: Whitening  # G
     outside: Outside
     instruments: Instruments
 
 
 def noise_of(axis: AxisState) -> Noise:
-    """Return bandwidth and corner [rad/s] of an axis whose Omega ends with nu, within their bounds."""
+    """Return bandwidth and corner [rad/s] of an axis within their bounds; its Omega ends with nu."""
     bandwidth, corner = exp(axis.omega[-2]), exp(axis.omega[-1])
     return Noise(min(max(bandwidth, BANDWIDTHS[0]), BANDWIDTHS[1]), min(max(corner, CORNERS[0]), CORNERS[1]))
 
 
-def first_predictor(z: tuple[float, ...], own: AxisPlan, plan: Plan) -> PredictorState:
-    """Return the state at sample 0 of the signals ``z`` = (phi, y) of an axis, settled there."""
-    w = whitening(own.first[-2], own.first[-1], plan.filter, plan.sample_time)
-    memory = tuple([settled_memory(value, w) for value in z])
-    noise = first_noise(plan.angle_slopes[0])
-    return PredictorState(memory, noise, w, nothing_outside(own.reported), no_instruments(own.reported))
+def initial_predictor(z: tuple[float, ...], axis_plan: AxisPlan, plan: Plan) -> PredictorState:
+    """Return the state at sample 0 of an axis, in steady state with its signals ``z`` = (phi, y)."""
+    w = whitening(axis_plan.first[-2], axis_plan.first[-1], plan.filter, plan.sample_time)
+    memory, n = tuple([settled_memory(value, w) for value in z]), axis_plan.reported
+    return PredictorState(memory, initial_noise(plan.angle_slopes[0]), w, initial_outside(n), initial_instruments(n))
 
 
 def predict_axis(
-    axis: AxisState, p: PredictorState, z: tuple[float, ...], count: int, b: tuple[float, ...], own: AxisPlan,
+    axis: AxisState, p: PredictorState, z: tuple[float, ...], count: int, b: tuple[float, ...], axis_plan: AxisPlan,
     plan: Plan,
 ) -> tuple[AxisState, PredictorState]:  # fmt: skip
-    """Return axis and predictor after the sample ``z`` = (phi, y), the one numbered ``count`` from 0.
+    """Return axis and predictor after the sample ``z`` = (phi, y), which is numbered ``count`` from 0.
 
-    Omega ends with nu; the axis' sums are of the products of (psi, -d, -g, y), packed. The first column of phi
-    is minus the filtered rate; the second, of more than two, minus the filtered angle. ``b`` are the instruments, empty
+    Omega ends with nu; the axis' sums are packed products of (psi, -d, -g, y). The first element of phi is minus the
+    filtered rate; if there are more than two, the second is minus the filtered angle. ``b`` are the instruments, empty
     while no reference has moved.
     """
-    h, alpha, n = plan.sample_time, plan.settings.forgetting, own.reported
+    h, alpha, n = plan.sample_time, plan.settings.forgetting, axis_plan.reported
     c, by_rate, by_angle = plan.angle_slopes
-    # taken apart once: the interpreter reads a local ten times faster than a named tuple's field
-    before, past, w, outside, instruments = p
-    factor_before, omega_before, _, sums, moments, errors, excitation = axis
-    memory, v = whiten(before, z, w)
-    factor, omega = list(factor_before), list(omega_before)
+    # unpacked once: the interpreter reads a local ten times faster than a named tuple's field
+    old_memory, old_noise, w, outside, instruments = p
+    old_factor, old_omega, _, sums, moments, errors, excitation = axis
+    memory, v = whiten(old_memory, z, w)
+    factor, omega = list(old_factor), list(old_omega)
     regressand = e = v[-1]
     for i in range(n):
         e -= v[i] * omega[i]
-    angle = n > 2
-    innovation = e / (c + by_rate * omega[0] + (by_angle * omega[1] if angle else 0.0))
+    has_angle = n > 2
+    innovation = e / (c + by_rate * omega[0] + (by_angle * omega[1] if has_angle else 0.0))
     v[0] += by_rate * innovation
-    if angle:
+    if has_angle:
         v[1] += by_angle * innovation
     d, g = 0.0, 0.0
-    if past.seen >= REST / h:
-        d = bandwidth_slope(past, w)
-        g = before[-1].corner_slope
+    if old_noise.samples >= REST / h:
+        d = bandwidth_slope(old_noise, w)
+        g = old_memory[-1].corner_slope
         for i in range(n):
-            g -= before[i].corner_slope * omega[i]
-    # The regressand: psi^T Omega, which is z_y short of c times the angle's innovation, and e as it is with nu = 0.
+            g -= old_memory[i].corner_slope * omega[i]
+    # The regressand is psi^T Omega, that is z_y without c times the angle's innovation, plus e for nu = 0.
     known = regressand + e - c * innovation
     v[-1] = known - d * w.log_bandwidth - g * w.log_corner
-    scale = 1.0 / sqrt(past.variance * h)
-    seen = [scale * x for x in (*v[:n], -d, -g, *v[n:])]
+    scale = 1.0 / sqrt(old_noise.variance * h)
+    scaled = [scale * x for x in (*v[:n], -d, -g, *v[n:])]
 
     early, r = kept_information(count, 1, h), measurement_noise(alpha, h)
-    _, s = take_measurement(factor, omega, seen, seen[-1], r * early, exp(-alpha * h) * early)
-    certain = r / (r + (s - r * early))
-    refresh = max(_MOST_PARAMETERS, round(_REFRESH / h))
-    turn = count % refresh
+    _, s = take_measurement(factor, omega, scaled, scaled[-1], r * early, exp(-alpha * h) * early)
+    certainty = r / (r + (s - r * early))
+    interval = max(_MOST_PARAMETERS, round(_REFRESH / h))
+    turn = count % interval
     if turn < n + 2:
-        change = 0.0 if turn < n else (BANDWIDTH_CHANGE if turn == n else CORNER_CHANGE) * refresh * h
-        forgotten = 1.0 - kept_information(count, refresh, h, alpha)
-        _renew(factor, omega, turn, own.first[turn], own.prior[turn], change, forgotten)
+        change = 0.0 if turn < n else (BANDWIDTH_CHANGE if turn == n else CORNER_CHANGE) * interval * h
+        forgotten = 1.0 - kept_information(count, interval, h, alpha)
+        _renew(factor, omega, turn, axis_plan.first[turn], axis_plan.prior[turn], change, forgotten)
     omega[n], omega[n + 1] = bound_noise(omega[n], omega[n + 1], plan.noise_bounds)
     if turn == n + 1:
         w = whitening(omega[n], omega[n + 1], plan.filter, h)
 
-    sums = tuple(map(add, sums, outer(seen)))
+    sums = tuple(map(add, sums, outer(scaled)))
     axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors, excitation)
-    stride = products_every(h)
-    if (count + n) % stride == 0:  # n differs from axis to axis: their turns come in different samples
-        outside = add_regressors(outside, seen[:n], kept_information(count, stride, h, alpha), stride * h)
-    outside = Outside(outside.waiting + scale * e, *outside[1:])
+    stride = product_interval(h)
+    if (count + n) % stride == 0:  # n differs between axes, so that they do this in different samples
+        outside = update_outside(outside, scaled[:n], kept_information(count, stride, h, alpha), stride * h)
+    outside = Outside(outside.innovation_sum + scale * e, *outside[1:])
     if len(b) > 0:
-        kept = kept_information(count, stride, h, alpha)
-        instruments = add_signals(instruments, seen[:n], scale * known, b, stride if count % stride == 0 else 0, kept)
-    noise = remember(past, e, certain, d, h, c)
+        retained, held = kept_information(count, stride, h, alpha), stride if count % stride == 0 else 0
+        instruments = update_instruments(instruments, scaled[:n], scale * known, b, held, retained)
+    noise = update_noise(old_noise, e, certainty, d, h, c)
     return axis, PredictorState(tuple(memory), noise, w, outside, instruments)
 
 
 def _renew(
     factor: list[float], omega: list[float], index: int, first: float, prior: float, change: float, forgotten: float
 ) -> None:
-    """Let the parameter ``index`` change by the variance ``change`` in time, in place, and return to ``first``.
+    """Add the variance ``change`` to the parameter ``index``, in place, and let it return to ``first``.
 
-    Left alone, it would approach its ``prior`` variance: Gamma' = change - Gamma^2 change / prior^2. The share of the
-    prior that was ``forgotten`` is given back too.
+    Without measurements it approaches its ``prior`` variance: Gamma' = change - Gamma^2 change / prior^2. The share of
+    the prior that was ``forgotten`` is restored as well.
     """
     if change > 0.0:
-        loosen(factor, index, change)
+        increase_variance(factor, index, change)
     share = change / prior + forgotten
     if share > 0.0:
         n = len(omega)

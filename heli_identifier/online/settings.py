@@ -1,6 +1,6 @@
 """Settings of the on-line identifier; the defaults are the paper's (section on the estimator).
 
-:func:`prepare` makes of them, once, the coefficients that a step computes with.
+:func:`prepare` computes from them, once, the coefficients of a step.
 """
 
 from dataclasses import dataclass
@@ -25,27 +25,26 @@ from .whitening import (
 )
 
 OFFSETS = (("rad", 0.05), ("rad/s^2", 0.1))
-"""Half widths of an interval that are narrow enough for an offset, which may be zero, by its unit."""
-
+"""Largest half width of the 95 % interval of a determined offset, which may be zero, by its unit."""
 
 DETERMINED = 0.1
-"""Half width of a 95 % interval over the value up to which it is determined: mostly within ten percent of the truth."""
+"""Largest half width of the 95 % interval of a determined value, as a share of the value."""
 
 
 def is_determined(value: float, standard_error: float, unit: str) -> bool:
     """Return whether half a parameter's 95 % interval is at most a tenth of it, or, for offsets, in :data:`OFFSETS`."""
-    half = 1.96 * standard_error
-    if half <= DETERMINED * abs(value):
+    half_width = 1.96 * standard_error
+    if half_width <= DETERMINED * abs(value):
         return True
-    for name, width in OFFSETS:
+    for name, largest in OFFSETS:
         if name == unit:
-            return half <= width
+            return half_width <= largest
     return False
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its standard error, both in ``unit``; a standard error of None means that the value was given."""
+    """A value with its standard error, both in ``unit``; a given value has None as its standard error."""
 
     value: float
     standard_error: float | None
@@ -54,8 +53,8 @@ class Estimate:
     @property
     def interval(self) -> tuple[float, float]:
         """95 % interval, lower and upper end."""
-        half = 1.96 * (self.standard_error or 0.0)
-        return self.value - half, self.value + half
+        half_width = 1.96 * (self.standard_error or 0.0)
+        return self.value - half_width, self.value + half_width
 
     @property
     def is_determined(self) -> bool:
@@ -82,11 +81,11 @@ class ModelParameters(NamedTuple):
 ADAPTATION, PREDICTION_ERROR = METHODS = "adaptation", "prediction_error"
 """Methods of estimation."""
 _SAMPLES_PER_RADIAN = 5.0  # least samples per 1/omega_f: with fewer, (h^2/12) omega_f^2 exceeds .3 %
-_SLOWEST = 1e-3  # lowest bandwidth omega_f [rad/s]: a quarter of an hour, longer than a rig flies
+_SLOWEST = 1e-3  # lowest bandwidth omega_f [rad/s]: a quarter of an hour, longer than a flight
 
 
 def default_settings() -> "IdentifierSettings":
-    """Return the settings that :class:`IdentifierSettings` has by default."""
+    """Return the default settings, for the units in C."""
     return IdentifierSettings()
 
 
@@ -101,15 +100,15 @@ class IdentifierSettings:
     gain_limit: float = 1e3  # Gamma_max, which Gamma approaches without excitation; infinite for (7) as printed
     forgetting: float = 0.001  # alpha [1/s]
     hold_time: float | None = None  # before the estimation begins [s]; None: 10/omega_f, with prediction errors 2 s
-    rest_angle: float | None = None  # theta0 [rad] where it is known; None to estimate it
+    rest_angle: float | None = None  # theta0 [rad] if it is known; None to estimate it
     motor_time_constant: float = 0.08  # T_m [s]
     voltage_limit: float = 5.0  # saturation of both voltages [V]
-    excitation_window: float = 20.0  # time constant over which the excitation level is taken [s]
+    excitation_window: float = 20.0  # time constant of the excitation level [s]
     report_interval: float = 5.0  # between two evaluations of standard errors and levels [s]
-    initial: ModelParameters = ModelParameters()  # Omega(0); theta0 where it is estimated
+    initial: ModelParameters = ModelParameters()  # Omega(0); theta0 if it is estimated
     method: str = ADAPTATION  # the paper's, or prediction_error, which stays right in closed loop
-    lag_known: bool = False  # else prediction errors estimate the lag along from motor_time_constant
-    noise: tuple[Noise, Noise, Noise] = (ANY_ROOM, ANY_ROOM, ANY_ROOM)  # where the noise models of the axes begin
+    lag_known: bool = False  # if not, prediction errors estimate the lag as well, from motor_time_constant on
+    noise: tuple[Noise, Noise, Noise] = (ANY_ROOM, ANY_ROOM, ANY_ROOM)  # initial noise models of the axes
 
     def __post_init__(self) -> None:
         require_positive("sample_time", self.sample_time, "s")
@@ -141,42 +140,43 @@ class IdentifierSettings:
 WIDTHS = ModelParameters(
     a_wx=0.5, a_th=4.0, k_x=1.2, theta0=0.5, a_wz=0.5, a_e=4.0, a_1=3.0, a_lt=0.5, k_z=0.4, a_wy=0.5, k_y=0.4
 )
-"""Standard deviations before the first sample: a motion does not die out much faster than in a second; g d / l^2 of the
-pitch with the mass within 2 cm of its axis; the elevation's period is longer than 3 s, a_1 the weight that the
-counterweight leaves; gains of twice a full thrust of 3 rad/s^2 (pitch) or 1 rad/s^2 at 5 V."""
+"""Prior standard deviations: a motion takes about a second or more to decay; g d / l^2 of the pitch with the mass
+within 2 cm of its axis; a period of the elevation longer than 3 s, and a_1 of the weight that the counterweight does
+not balance; gains of twice a full thrust of 3 rad/s^2 (pitch) or 1 rad/s^2 at 5 V."""
 
 PITCH_LAG, ELEVATION_LAG = 0.03, 0.008
-"""The same of k Delta [rad/s^2 s/V] (:mod:`.signals`): .04 s of lag, half of what is given, times usual gains."""
+"""Prior standard deviations of k Delta [rad/s^2 s/V] (:mod:`.signals`): .04 s of lag, half of the assumed one, times
+usual gains."""
 
 BANDWIDTH_PRIOR, CORNER_PRIOR = 1.0, 0.7
-"""The same of ln omega_o and ln gamma: factors of 2.7, which reaches a rig without air as well as a stirred one, and
-of 2."""
+"""Prior standard deviations of ln omega_o and ln gamma: a factor of 2.7, which includes a rig without air and one in
+stirred air, and a factor of 2."""
 
-_HOLD_RADIANS = 10.0  # omega_f times the time for which the adaptation rests
-_PREDICTION_HOLD = 2.0  # time for which prediction errors rest [s]: omega_o begins at 10 rad/s
-_PREDICTION_PERIOD = 0.01  # least time between two innovations [s]: read faster, encoders do not err independently
+_HOLD_RADIANS = 10.0  # omega_f times the time before the adaptation begins
+_PREDICTION_HOLD = 2.0  # time before prediction errors begin [s]: omega_o begins at 10 rad/s
+_PREDICTION_PERIOD = 0.01  # least time between two innovations [s]: at higher rates encoder errors are not independent
 _MOMENT_SPACING = 0.2  # omega_f times the time between samples of the moments: filtered signals change little in it
 
 
 @dataclass(frozen=True)
 class AxisPlan:
-    """One axis."""
+    """Coefficients of one axis."""
 
-    first: tuple[float, ...]  # Omega(0), with k Delta where the lag is estimated and with nu for prediction errors
+    first: tuple[float, ...]  # Omega(0), with k Delta if the lag is estimated and with nu for prediction errors
     prior: tuple[float, ...]  # their variances, the diagonal of Gamma(0)
-    gain: int  # place of k, behind which k Delta stands
+    gain: int  # index of k in Omega, before that of k Delta
     reported: int  # number of parameters without nu
 
 
 @dataclass(frozen=True)
 class Plan:
-    """What a step computes with; :func:`prepare` makes it once from the settings."""
+    """Coefficients of a step; :func:`prepare` computes them once from the settings."""
 
     settings: IdentifierSettings
     predicting: bool
     estimates_lag: bool
-    every: int  # samples of which one is taken, with the mean of their voltages
-    sample_time: float  # between those that are taken [s]
+    decimation: int  # of so many samples one is taken, with the mean of their voltages
+    sample_time: float  # between samples that are used [s]
     hold_samples: int  # before the estimation begins
     moment_samples: int  # from one sample of the moments to the next
     moment_interval: float  # the same [s]
@@ -184,7 +184,7 @@ class Plan:
     filter: FilterCoefficients
     angle_slopes: tuple[float, float, float]
     noise_bounds: Bounds
-    usual: Whitening  # whitens adaptation errors, with the noise model of a calm room
+    error_whitening: Whitening  # of adaptation errors, with the noise model of a calm room
     axes: tuple[AxisPlan, AxisPlan, AxisPlan]
 
 
@@ -193,17 +193,17 @@ def prepare(settings: IdentifierSettings) -> Plan:
     omega, lag = settings.filter_frequency, settings.motor_time_constant
     predicting = settings.method == PREDICTION_ERROR
     estimates_lag = predicting and not settings.lag_known
-    every = max(1, round(_PREDICTION_PERIOD / settings.sample_time)) if predicting else 1
-    h = every * settings.sample_time
-    usual_hold = _PREDICTION_HOLD if predicting else _HOLD_RADIANS / omega
-    hold = settings.hold_time if settings.hold_time is not None else usual_hold
+    decimation = max(1, round(_PREDICTION_PERIOD / settings.sample_time)) if predicting else 1
+    h = decimation * settings.sample_time
+    default_hold = _PREDICTION_HOLD if predicting else _HOLD_RADIANS / omega
+    hold = settings.hold_time if settings.hold_time is not None else default_hold
     spacing = max(1, round(_MOMENT_SPACING / (omega * h)))
-    at, w = settings.initial, WIDTHS
-    pitch: tuple[float, ...] = at[:3]
-    widths: tuple[float, ...] = w[:3]
+    initial, widths = settings.initial, WIDTHS
+    pitch: tuple[float, ...] = initial[:3]
+    pitch_widths: tuple[float, ...] = widths[:3]
     if settings.rest_angle is None:
-        pitch = (at.a_wx, at.a_th * cos(at.theta0), at.a_th * sin(at.theta0), at.k_x)
-        widths = (w.a_wx, w.a_th, w.a_th * w.theta0, w.k_x)
+        pitch = (initial.a_wx, initial.a_th * cos(initial.theta0), initial.a_th * sin(initial.theta0), initial.k_x)
+        pitch_widths = (widths.a_wx, widths.a_th, widths.a_th * widths.theta0, widths.k_x)
     lag_1, lag_2 = (PITCH_LAG, ELEVATION_LAG) if estimates_lag else (0.0, 0.0)
     noise_1, noise_2, noise_3 = settings.noise
     f, calm, bounds = discretise(omega, settings.filter_damping, h, lag), Noise(), noise_bounds(h)
@@ -211,7 +211,7 @@ def prepare(settings: IdentifierSettings) -> Plan:
         settings=settings,
         predicting=predicting,
         estimates_lag=estimates_lag,
-        every=every,
+        decimation=decimation,
         sample_time=h,
         hold_samples=round(hold / h),
         moment_samples=spacing,
@@ -220,11 +220,11 @@ def prepare(settings: IdentifierSettings) -> Plan:
         filter=f,
         angle_slopes=angle_slopes(f),
         noise_bounds=bounds,
-        usual=whitening(log(calm.bandwidth), log(calm.corner), f, h),
+        error_whitening=whitening(log(calm.bandwidth), log(calm.corner), f, h),
         axes=(
-            _axis_plan(pitch, widths, lag_1, noise_1, settings, bounds),
-            _axis_plan(at[4:9], w[4:9], lag_2, noise_2, settings, bounds),
-            _axis_plan(at[9:], w[9:], 0.0, noise_3, settings, bounds),
+            _axis_plan(pitch, pitch_widths, lag_1, noise_1, settings, bounds),
+            _axis_plan(initial[4:9], widths[4:9], lag_2, noise_2, settings, bounds),
+            _axis_plan(initial[9:], widths[9:], 0.0, noise_3, settings, bounds),
         ),
     )
 
@@ -233,15 +233,15 @@ def _axis_plan(
     first: tuple[float, ...], widths: tuple[float, ...], lag_width: float, noise: Noise, settings: IdentifierSettings,
     bounds: Bounds,
 ) -> AxisPlan:  # fmt: skip
-    """Return the plan of an axis; ``lag_width`` is that of k Delta, 0 where the lag is not estimated."""
+    """Return the plan of an axis; ``lag_width`` is the prior deviation of k Delta, 0 if the lag is not estimated."""
     gain = len(first) - 1
     if lag_width > 0.0:
         first, widths = (*first, 0.0), (*widths, lag_width)
-    reported, most = len(first), settings.initial_gain
-    prior = tuple([most for _ in first])
+    reported, largest = len(first), settings.initial_gain
+    prior = tuple([largest for _ in first])
     if settings.method == PREDICTION_ERROR:
         bandwidth, corner = bound_noise(log(noise.bandwidth), log(noise.corner), bounds)
         first = (*first, bandwidth, corner)
-        variances = [min(most, width * width) for width in widths]
+        variances = [min(largest, width * width) for width in widths]
         prior = (*variances, BANDWIDTH_PRIOR * BANDWIDTH_PRIOR, CORNER_PRIOR * CORNER_PRIOR)
     return AxisPlan(first, prior, gain, reported)

@@ -1,7 +1,7 @@
-"""From samples to regressors: motors, state filters, and the regression that each axis makes of them.
+"""From samples to regressors: motors, state filters, and the regression of each axis.
 
-With the signals filtered by F (subscript f, :mod:`.state_filter`) and regressors signed so that Omega holds the
-paper's parameters, eqs (2), (10), (12) read y = phi^T Omega with
+With the signals filtered by F (subscript f, :mod:`.state_filter`) and the signs of the regressors such that Omega has
+the paper's parameters, eqs (2), (10), (12) read y = phi^T Omega with
 
     axis       y              phi                                               Omega
     pitch      (theta'')_f    -theta'_f, -sin(theta - theta0)_f, mu_d,f         a_wx, a_th, k_x
@@ -10,29 +10,29 @@ paper's parameters, eqs (2), (10), (12) read y = phi^T Omega with
                               -(theta' lambda')_f, (mu_s cos theta)_f           a_wz, a_e, a_1, a_lt, k_z
     travel     (lambda'')_f   -lambda'_f, (mu_s sin theta)_f                    a_wy, k_y
 
-The second line of the pitch estimates theta0 along: p = a_th cos(theta0), q = a_th sin(theta0).
+The second line of the pitch estimates theta0 as well: p = a_th cos(theta0), q = a_th sin(theta0).
 
 Products are formed of unfiltered signals and then filtered: F(a b) is not F(a) F(b). Between samples the angles are
-straight lines, so theta' lambda' is the product of the two slopes, held: it needs no differentiating filter, whose
-delay would bias a_lt. The errors of encoder steps in the slopes integrate to zero.
+straight lines, so theta' lambda' is the product of the two slopes, constant over the period. This needs no
+differentiating filter, whose delay would bias a_lt. The errors of encoder steps in the slopes integrate to zero.
 
-Sample k is the angles at t_k = k h together with the voltages held over [t_k, t_k + h). The filters' state at t_k
-follows from sample k - 1 and the angles of sample k.
+Sample k has the angles at t_k = k h and the voltages, constant over [t_k, t_k + h). The filters' state at t_k follows
+from sample k - 1 and the angles of sample k.
 
-**The motors' lag** can be estimated along. With the lag assumed as T and truly T + Delta, and nu the voltage v behind
-the lag T, the lagged voltage is without remainder
+**The motors' lag** can be estimated as well. If the lag is assumed as T, its true value is T + Delta, and nu is the
+voltage v after the lag T, then the truly lagged voltage is exactly
 
     1/(1 + (T + Delta) s) v = nu - Delta s/(1 + (T + Delta) s) nu
 
-so that the regression gains the column -(s/(1 + T_2 s) nu)_f with the coefficient k Delta, k the axis' gain. T_2 is the
-present estimate of T + Delta, once that is known.
+so the regression has a further column -(s/(1 + T_2 s) nu)_f with the coefficient k Delta, k the axis' gain. T_2 is the
+present estimate of T + Delta, once there is one.
 
-s/(1 + T_2 s) nu is the slope of nu behind a second lag T_2, nu_2. Its mean over a sampling period is exact,
+s/(1 + T_2 s) nu is the slope of nu_2, which is nu after a second lag T_2. Its mean over a sampling period is exactly
 
     (nu_2(t_k + h) - nu_2(t_k)) / h,    nu_2(t_k + h) = v + (nu_2 - v) E_2 + (nu - v) R
     E = exp(-h/T),    E_2 = exp(-h/T_2),    R = T (E - E_2)/(T - T_2), which is (h/T) E for T_2 = T
 
-and is taken as held; times the mean of cos(theta) at both ends for the elevation.
+and is used as a constant over the period; for the elevation, times the mean of cos(theta) at both ends.
 """
 
 from math import cos, exp, sin
@@ -50,10 +50,10 @@ Sample = tuple[float, float, float, float, float]
 
 
 class Signals(NamedTuple):
-    """Everything remembered about the signals at t_k."""
+    """State of the signals at t_k."""
 
-    voltages: Pair  # front and rear, held from t_k on [V]
-    lagged: Pair  # the same behind the lag [V]
+    voltages: Pair  # front and rear from t_k on [V]
+    lagged: Pair  # the same after the lag [V]
     angles: Angles  # at t_k [rad]
     angles_1: Angles  # at t_(k-1)
     angles_2: Angles  # at t_(k-2)
@@ -69,7 +69,7 @@ class Signals(NamedTuple):
 
 
 def settled_signals(now: Sample, limit: float) -> Signals:
-    """Return the signals at t_0 as if sample 0 had lasted for ever: filters and motors in steady state."""
+    """Return the signals at t_0 with filters and motors in steady state, as if sample 0 had always lasted."""
     v_front, v_rear, pitch, elevation, travel = now
     front, rear, angles = saturate(v_front, limit), saturate(v_rear, limit), (pitch, elevation, travel)
     sine, cosine = sin(pitch), cos(pitch)
@@ -83,7 +83,7 @@ def settled_signals(now: Sample, limit: float) -> Signals:
 def advance_signals(s: Signals, now: Sample, h: float, lag: float, limit: float, f: FilterCoefficients) -> Signals:
     """Return the signals at t_(k+1), whose sample is ``now``; period ``h``, motors' ``lag`` T [s], ``limit`` [V]."""
     v_front, v_rear, pitch, elevation, travel = now
-    # taken apart once: the interpreter reads a local ten times faster than a named tuple's field
+    # unpacked once: the interpreter reads a local ten times faster than a named tuple's field
     (
         (front, rear), (nu_front, nu_rear), angles, angles_1, _, pitch_f, elevation_f, travel_f, sine_f, cosine_f,
         difference_f, rate_product_f, lift_f, thrust_f,
@@ -110,8 +110,8 @@ def advance_signals(s: Signals, now: Sample, h: float, lag: float, limit: float,
     )
 
 
-_KNOWN = 0.5  # T_2 follows the estimate while that has a standard error of at most this share of it
-_SAME = 1e-3  # relative difference below which T_2 counts as T: R then has no figures left
+_KNOWN = 0.5  # largest standard error, as a share of the estimate, with which T_2 follows it
+_SAME = 1e-3  # relative difference below which T_2 counts as T: R has no significant digits then
 
 
 class LagState(NamedTuple):
@@ -132,7 +132,7 @@ def settled_lag(s: Signals, h: float, lag: float) -> LagState:
 
 
 def follow_lag(state: LagState, estimate: float, standard_error: float, h: float, lag: float) -> LagState:
-    """Return ``state`` with T_2 at the ``estimate`` of T + Delta, where its ``standard_error`` [s] allows that."""
+    """Return ``state`` with T_2 at the ``estimate`` of T + Delta, if its ``standard_error`` [s] is small enough."""
     if standard_error > _KNOWN * estimate:
         return state
     share = exp(-h / estimate)
@@ -142,7 +142,7 @@ def follow_lag(state: LagState, estimate: float, standard_error: float, h: float
 
 
 def advance_lag(state: LagState, before: Signals, now: Signals, h: float, f: FilterCoefficients) -> LagState:
-    """Return the state at the sample that ``now`` has just taken in; ``before`` is the one before."""
+    """Return the state at the sample of ``now``; ``before`` are the signals one sample earlier."""
     (v_front, v_rear), (nu_front, nu_rear) = before.voltages, before.lagged
     front = v_front + (state.front - v_front) * state.share + (nu_front - v_front) * state.ramp
     rear = v_rear + (state.rear - v_rear) * state.share + (nu_rear - v_rear) * state.ramp
@@ -157,12 +157,12 @@ def advance_lag(state: LagState, before: Signals, now: Signals, h: float, f: Fil
     )
 
 
-Three = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
+Regressions = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
 """Rows of numbers of pitch, elevation and travel."""
 
 
-def regressions(s: Signals, lag: LagState | None, rest: float | None, f: FilterCoefficients) -> Three:
-    """Return z = (phi, y) of the three axes; theta0 = ``rest`` [rad] or, as the ``lag``, estimated along."""
+def regressions(s: Signals, lag: LagState | None, rest: float | None, f: FilterCoefficients) -> Regressions:
+    """Return z = (phi, y) of the three axes; without ``rest`` [rad] theta0 is estimated, with a ``lag`` T_m is."""
     y_1, y_2, y_3 = [
         second_derivative(xi, now, before, oldest, f)
         for xi, now, before, oldest in zip(

@@ -1,4 +1,4 @@
-"""State filter (11): a signal and its derivatives, filtered, without differentiating the measurement.
+"""State filter (11): filters a signal and gives its derivatives without differentiating the measurement.
 
     xi_1' = xi_2,    xi_2' = omega_f^2 (u - xi_1) - 2 rho omega_f xi_2                                   (11)
 
@@ -7,18 +7,18 @@
 
 The paper prints omega_f u in place of omega_f^2 u in the last line, which makes s^2 F u wrong by a multiple of u.
 
-Every signal passes the same F, so that an equation between signals is an equation between filtered signals. The filter
-is discretised exactly for what each signal does between samples:
+Every signal passes the same F, so an equation between signals holds between the filtered signals too. The filter is
+discretised exactly for the course of each signal between samples:
 
 * a sampled angle (and any smooth function of it) is a straight line from sample to sample (first-order hold);
-* a voltage is held; behind the motor lag (9) it is v + (nu_k - v) exp(-tau / T_m), 0 <= tau < h;
+* a voltage is constant; after the motor lag (9) it is v + (nu_k - v) exp(-tau / T_m), 0 <= tau < h;
 * such a voltage times a straight line c_0 + (c_1 - c_0) tau / h, for mu_s cos(theta) and mu_s sin(theta): four
   shapes, 1, tau/h, exp(-tau/T_m), tau/h exp(-tau/T_m).
 
-Between samples the straight line lies off a smooth u by -tau (h - tau) u''/2, on average by h^2 u''/12, so that F sees
-u + (h^2/12) u''. Each filtered signal carries the same small factor 1 + h^2 s^2/12, and the model's equation holds
-between them; but the last line above also takes u itself, at the sample, where the line is exact. Without the same
-factor u would read as damping; :func:`second_derivative` therefore takes u + (u_k - 2 u_(k-1) + u_(k-2)) / 12.
+Between samples the straight line differs from a smooth u by -tau (h - tau) u''/2, on average by h^2 u''/12, so F
+gets u + (h^2/12) u''. Each filtered signal has the same small factor 1 + h^2 s^2/12, and the model's equation holds
+between them. But the last line above also takes u itself, at the sample, where the line is exact. Without the same
+factor u would look like damping; :func:`second_derivative` therefore takes u + (u_k - 2 u_(k-1) + u_(k-2)) / 12.
 
 The matrix exponential is computed by scaling, a Taylor sum and squaring (Moler and Van Loan, Nineteen dubious ways to
 compute the exponential of a matrix, SIAM Review 45 (2003), method 3): exp(M) = (exp(M / 2^s))^(2^s), s such that the
@@ -57,9 +57,9 @@ class FilterCoefficients:
 
 
 def _responses(omega: float, rho: float, h: float, pole: float) -> list[list[float]]:
-    """Exponential of (11) joined to a generator y' = pole y + z/h, z' = pole z of its input y.
+    """Return the exponential of (11) extended by y' = pole y + z/h, z' = pole z for its input y.
 
-    Columns: the state (2), then y = exp(pole tau) and z, which makes y = tau/h exp(pole tau).
+    Columns: the state (2), then y = exp(pole tau) and z, which gives y = tau/h exp(pole tau).
     """
     generator = [
         [0.0, 1.0, 0.0, 0.0],
@@ -98,8 +98,8 @@ def filter_lagged(xi: Pair, v: float, nu: float, c_0: float, c_1: float, f: Filt
     ``v`` is the held voltage and ``nu`` the lagged one at the start of the step [V].
     """
     xi_1, xi_2 = xi
-    away, rise = nu - v, c_1 - c_0
-    p, q, r, s = v * c_0, v * rise, away * c_0, away * rise
+    deviation, rise = nu - v, c_1 - c_0
+    p, q, r, s = v * c_0, v * rise, deviation * c_0, deviation * rise
     return (
         f.a11 * xi_1 + f.a12 * xi_2 + f.held_1 * p + f.ramp_1 * q + f.decay_1 * r + f.decaying_ramp_1 * s,
         f.a21 * xi_1 + f.a22 * xi_2 + f.held_2 * p + f.ramp_2 * q + f.decay_2 * r + f.decaying_ramp_2 * s,
@@ -114,7 +114,7 @@ def second_derivative(xi: Pair, u: float, u_1: float, u_2: float, f: FilterCoeff
 
 
 def _product(a: Rows, b: Rows) -> Rows:
-    return [[dot(row, [other[k] for other in b]) for k in range(len(b[0]))] for row in a]
+    return [[dot(row, [other_row[k] for other_row in b]) for k in range(len(b[0]))] for row in a]
 
 
 def matrix_exponential(m: Rows) -> Rows:

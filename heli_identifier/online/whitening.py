@@ -1,14 +1,14 @@
-"""Whitening: the filter that turns the equation error of a regression into the innovations of an observer.
+"""Whitening: the filter that makes the innovations of an observer from the equation error of a regression.
 
 The equation error sigma = y - phi^T Omega of a rig has two sources: a torque d that the model does not explain, with
-(s + gamma) d white, and the encoder's noise n, white from sample to sample. Behind the state filter F
-(:mod:`.state_filter`) sigma is F d + s^2 F n. The optimal observer for both has the characteristic polynomial A_o in
-which the spectra of the two, q and r, balance:
+(s + gamma) d white, and the encoder's noise n, white from sample to sample. After the state filter F
+(:mod:`.state_filter`) sigma is F d + s^2 F n. The optimal observer has the characteristic polynomial A_o that balances
+the spectra of the two, q and r:
 
     abs(A_o(i omega))^2 = q/r + omega^6      poles of a Butterworth filter of third order, omega_o = (q/r)^(1/6)
 
 Its innovations follow from sigma by a linear filter with two unknown parameters, omega_o and gamma, whose zeros A_F
-cancel the poles of F; e = G y - (G phi)^T Omega is again a linear regression:
+cancel the poles of F. So e = G y - (G phi)^T Omega is again a linear regression:
 
     e = G sigma,    G = A_F (s + gamma) / A_o,    A_F = s^2 + 2 rho omega_f s + omega_f^2
 
@@ -20,31 +20,29 @@ In samples, with z^-1 the delay by one and x = omega_o h:
     M   = (13 - 2 z^-1 + z^-2) / 12
     G   = (13/12) A_F D / (A_o M)
 
-M undoes the weights by which :func:`.state_filter.second_derivative` takes the newest angles; n would not be white in
-e with them.
+M removes the weights by which :func:`.state_filter.second_derivative` takes the newest angles; with them n would not be
+white in e.
 
-omega_o and gamma change while it runs. G is therefore realised as the observer that it is, with the forecast of the
-next sample and of the two after it as its state, t_1, t_2, t_3, which the parameters enter only by the gains on the
-innovation v; other states of the same G are disturbed by every change. With A_o = D Q + r z^-3,
-Q = 1 + q_1 z^-1 + q_2 z^-2, and u behind 13/(12 M):
+omega_o and gamma change in operation. G is therefore realised as an observer whose state are the predictions t_1, t_2,
+t_3 of the next three samples. The parameters only change its gains on the innovation v; any other state of the same G
+would be disturbed by a change. With A_o = D Q + r z^-3, Q = 1 + q_1 z^-1 + q_2 z^-2, and u the signal after 13/(12 M):
 
     x = A_F u,    v = x - t_1,    t_1' = t_2 + q_1 v,    t_2' = t_3 + q_2 v,    t_3' = exp(-gamma h) t_3 + r v
 
 Sources: Ljung, System Identification, 2nd ed., 1999, sections 4.3 and 7.4 (innovations form); Anderson and Moore,
 Optimal Filtering, 1979, chapter 9 (the observer's poles by spectral factorisation).
 
-**The noise model** is estimated along: omega_o and gamma, and the variance lambda of the innovations. e = G sigma
+**The noise model** is estimated as well: omega_o and gamma, and the variance lambda of the innovations. e = G sigma
 depends on nu = (ln omega_o, ln gamma) through A_o and D above. Its derivatives follow from older innovations:
 
     d = de / d ln omega_o = -(s_1 z^-1 + s_2 z^-2 + s_3 z^-3) / A_o e
     g = de / d ln gamma   = gamma h exp(-gamma h) z^-1 / D e
 
-D is slow, and Omega was not yet what it is now: every whitened signal therefore has its own g above, and
-g = g_y - g_phi^T Omega.
+D is slow, and Omega has changed meanwhile. Every whitened signal therefore has its own g, and g = g_y - g_phi^T Omega.
 
-With nu_G those that G was made for, e with another nu is e + d (nu_1 - nu_G1) + g (nu_2 - nu_G2): -d and -g are two
-further regressors, and nu is estimated with Omega in one vector (:mod:`.prediction_error`). lambda is the mean of
-e^2 r / (r + phi^T Gamma phi), without what the uncertainty of Omega adds on average.
+If G was made for nu_G, e with another nu is e + d (nu_1 - nu_G1) + g (nu_2 - nu_G2). So -d and -g are two further
+regressors, and nu is estimated with Omega in one vector (:mod:`.prediction_error`). lambda is the mean of
+e^2 r / (r + phi^T Gamma phi), without the part that the uncertainty of Omega adds on average.
 Source: Ljung and Soderstrom, Theory and Practice of Recursive Identification, 1983, sections 3.3 to 3.5.
 """
 
@@ -56,14 +54,14 @@ from .state_filter import FilterCoefficients
 
 
 class Memory(NamedTuple):
-    """What is remembered of one signal."""
+    """State of the whitening of one signal."""
 
-    u1: float  # last values behind 1/M, newest first
+    u1: float  # last values after 1/M, newest first
     u2: float
     t1: float  # t1 .. t3: the observer's state
     t2: float
     t3: float
-    corner_slope: float  # dv / d ln gamma to come
+    corner_slope: float  # dv / d ln gamma of the next sample
 
 
 NEWEST = 13.0 / 12.0  # first coefficient of M
@@ -72,7 +70,7 @@ _OBLIQUE = 0.5 * sqrt(3.0)  # imaginary part of a Butterworth pole of third orde
 
 
 class Whitening(NamedTuple):
-    """Coefficients of G at one omega_o and gamma, and what their derivatives need."""
+    """Coefficients of G for one omega_o and gamma, and those of its derivatives."""
 
     f1: float  # f1, f2 of A_F
     f2: float
@@ -85,7 +83,7 @@ class Whitening(NamedTuple):
     s1: float  # s1 .. s3: derivatives of o1 .. o3 by ln omega_o
     s2: float
     s3: float
-    kept: float  # exp(-gamma h)
+    decay: float  # exp(-gamma h)
     slope: float  # gamma h exp(-gamma h)
     log_bandwidth: float
     log_corner: float
@@ -95,25 +93,25 @@ def whitening(log_bandwidth: float, log_corner: float, f: FilterCoefficients, h:
     """Return G from ln omega_o and ln gamma, both of rad/s, the state filter and the period ``h`` [s]."""
     f1, f2 = -(f.a11 + f.a22), f.a11 * f.a22 - f.a12 * f.a21
     x, corner = h * exp(log_bandwidth), h * exp(log_corner)
-    kept = exp(-corner)
+    decay = exp(-corner)
     p, r = exp(-x), exp(-0.5 * x)
     c, rr = 2.0 * r * cos(_OBLIQUE * x), r * r
     o1, o2, o3 = -(p + c), p * c + rr, -p * rr
     # Derivatives with respect to ln omega_o: x' = x.
     p_s, rr_s = -x * p, -x * rr
     c_s = -0.5 * x * c - 2.0 * r * _OBLIQUE * x * sin(_OBLIQUE * x)
-    q1 = o1 + kept
-    q2 = o2 + kept * q1
+    q1 = o1 + decay
+    q2 = o2 + decay * q1
     s1, s2, s3 = -(p_s + c_s), p_s * c + p * c_s + rr_s, -(p_s * rr + p * rr_s)
-    r = o3 + kept * q2
-    return Whitening(f1, f2, q1, q2, r, o1, o2, o3, s1, s2, s3, kept, corner * kept, log_bandwidth, log_corner)
+    r = o3 + decay * q2
+    return Whitening(f1, f2, q1, q2, r, o1, o2, o3, s1, s2, s3, decay, corner * decay, log_bandwidth, log_corner)
 
 
 def settled_memory(value: float, w: Whitening) -> Memory:
-    """Return the memory of a signal that has always had ``value``."""
+    """Return the memory of a signal that has always been ``value``."""
     u = value * NEWEST
     x = u * (1.0 + w.f1 + w.f2)
-    v = x * (1.0 - w.kept) / (1.0 + w.o1 + w.o2 + w.o3)
+    v = x * (1.0 - w.decay) / (1.0 + w.o1 + w.o2 + w.o3)
     t1 = x - v
     t2 = t1 - w.q1 * v
     return Memory(u, u, t1, t2, t2 - w.q2 * v, 0.0)
@@ -121,13 +119,13 @@ def settled_memory(value: float, w: Whitening) -> Memory:
 
 def whiten(memory: Sequence[Memory], z: Sequence[float], w: Whitening) -> tuple[list[Memory], list[float]]:
     """Return the new memories and the whitened values of the signals ``z``; ``memory`` has one entry per signal."""
-    f1, f2, q1, q2, r, _, _, _, _, _, _, kept, slope, _, _ = w
+    f1, f2, q1, q2, r, _, _, _, _, _, _, decay, slope, _, _ = w
     memories: list[Memory] = []
     whitened: list[float] = []
     for (u1, u2, t1, t2, t3, g), x in zip(memory, z, strict=True):
         u = x + _M1 * u1 - _M2 * u2
         v = u + f1 * u1 + f2 * u2 - t1
-        memories.append(Memory(u, u1, t2 + q1 * v, t3 + q2 * v, kept * t3 + r * v, kept * g + slope * v))
+        memories.append(Memory(u, u1, t2 + q1 * v, t3 + q2 * v, decay * t3 + r * v, decay * g + slope * v))
         whitened.append(v)
     return memories, whitened
 
@@ -140,26 +138,26 @@ def angle_slopes(f: FilterCoefficients) -> tuple[float, float, float]:
 
 BANDWIDTHS, CORNERS = (2.0, 40.0), (0.05, 5.0)  # bounds of omega_o and gamma [rad/s]
 BANDWIDTH_CHANGE, CORNER_CHANGE = 1e-3, 1e-2
-"""Variances by which ln omega_o and ln gamma change in a second [1/s]: noise changes with the flight. They return to
-their prior meanwhile."""
+"""Variances by which ln omega_o and ln gamma change per second [1/s], because noise changes with the flight, while they
+return to their prior."""
 
-REST = 3.5  # time for which nu rests [s]: e is an innovation only once Omega is near the truth
+REST = 3.5  # time before nu is estimated [s]: e is an innovation only once Omega is near the truth
 _MOST_RADIANS = 0.3  # upper bound of omega_o h: the sampling must be fine enough
 _VARIANCE_MEMORY = 20.0  # time over which lambda is a mean [s]; at first it is the mean of all samples
-_FIRST_SAMPLES = 50.0  # samples that lambda(0) counts for
-_FIRST_DEVIATION = 6e-4  # of an angle's innovation [rad], for lambda(0): encoders of 4096 counts
-_LEAST_DEVIATION = 1e-8  # the least of an angle's innovation [rad]: without noise, rounding is left
+_FIRST_SAMPLES = 50.0  # number of samples as which lambda(0) counts
+_FIRST_DEVIATION = 6e-4  # standard deviation of an angle's innovation [rad], for lambda(0): encoders of 4096 counts
+_LEAST_DEVIATION = 1e-8  # least standard deviation of an angle's innovation [rad]: that of rounding
 
 
 class Noise(NamedTuple):
-    """Noise of one axis; by default a torque of .01 rad/s^2 that lasts 1 s, and 4096 counts at 100 Hz."""
+    """Noise of one axis; by default that of a torque of .01 rad/s^2 that lasts 1 s, and of 4096 counts at 100 Hz."""
 
     bandwidth: float = 7.0  # omega_o [rad/s]
     corner: float = 1.0  # gamma [rad/s]
 
 
 ANY_ROOM = Noise(10.0, 1.6)
-"""Where every axis begins: between the air of a calm room (7 and 1 rad/s) and that of measured rigs (15 and 2.5)."""
+"""Initial noise of all axes: between the air of a calm room (7 and 1 rad/s) and that of measured rigs (15 and 2.5)."""
 
 
 Bounds = tuple[float, float, float, float]
@@ -168,21 +166,22 @@ Bounds = tuple[float, float, float, float]
 
 def noise_bounds(h: float) -> Bounds:
     """Return the bounds at the period ``h`` [s]."""
-    least, most = [log(min(bound, _MOST_RADIANS / h)) for bound in BANDWIDTHS]
-    return least, most, log(CORNERS[0]), log(CORNERS[1])
+    lowest, highest = [log(min(bound, _MOST_RADIANS / h)) for bound in BANDWIDTHS]
+    return lowest, highest, log(CORNERS[0]), log(CORNERS[1])
 
 
 def bound_noise(log_bandwidth: float, log_corner: float, bounds: Bounds) -> tuple[float, float]:
     """Return ln omega_o and ln gamma within their bounds."""
-    least, most, lowest, highest = bounds
-    return min(max(log_bandwidth, least), most), min(max(log_corner, lowest), highest)
+    lowest_bandwidth, highest_bandwidth, lowest_corner, highest_corner = bounds
+    bandwidth = min(max(log_bandwidth, lowest_bandwidth), highest_bandwidth)
+    return bandwidth, min(max(log_corner, lowest_corner), highest_corner)
 
 
 class NoiseModel(NamedTuple):
-    """What is remembered of the innovations of one axis."""
+    """State of the noise model of one axis."""
 
     variance: float  # lambda [rad^2/s^4]
-    seen: float  # number of innovations
+    samples: float  # number of innovations
     e1: float  # e1 .. e3: the last innovations
     e2: float
     e3: float
@@ -191,27 +190,27 @@ class NoiseModel(NamedTuple):
     d3: float
 
 
-def first_noise(newest: float) -> NoiseModel:
+def initial_noise(newest: float) -> NoiseModel:
     """Return the noise model before the first innovation; ``newest`` [1/s^2] is d e / d (newest angle)."""
     deviation = newest * _FIRST_DEVIATION
     return NoiseModel(deviation * deviation, _FIRST_SAMPLES, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def bandwidth_slope(n: NoiseModel, w: Whitening) -> float:
-    """Return d of the innovation to come."""
+    """Return d of the next innovation."""
     _, _, e1, e2, e3, d1, d2, d3 = n
     _, _, _, _, _, o1, o2, o3, s1, s2, s3, _, _, _, _ = w
     return -(s1 * e1 + s2 * e2 + s3 * e3) - o1 * d1 - o2 * d2 - o3 * d3
 
 
-def remember(n: NoiseModel, e: float, certain: float, d: float, h: float, newest: float) -> NoiseModel:
-    """Return the noise model after the innovation ``e`` [rad/s^2] with its derivative ``d``, 0 while nu rests.
+def update_noise(n: NoiseModel, e: float, certainty: float, d: float, h: float, newest: float) -> NoiseModel:
+    """Return the noise model after the innovation ``e`` [rad/s^2] with its derivative ``d``, 0 before nu is estimated.
 
-    ``certain`` is the share of its variance that is not due to the uncertainty of Omega, r / (r + phi^T Gamma phi);
+    ``certainty`` is the share of its variance that is not due to the uncertainty of Omega, r / (r + phi^T Gamma phi);
     ``newest`` [1/s^2] its derivative by the newest angle.
     """
-    variance, seen, e1, e2, _, d1, d2, _ = n
-    e, seen = e * sqrt(certain), seen + 1.0
-    variance = variance + max(1.0 / seen, h / _VARIANCE_MEMORY) * (e * e - variance)
+    variance, samples, e1, e2, _, d1, d2, _ = n
+    e, samples = e * sqrt(certainty), samples + 1.0
+    variance = variance + max(1.0 / samples, h / _VARIANCE_MEMORY) * (e * e - variance)
     least = newest * _LEAST_DEVIATION
-    return NoiseModel(max(variance, least * least), seen, e, e1, e2, d, d1, d2)
+    return NoiseModel(max(variance, least * least), samples, e, e1, e2, d, d1, d2)

@@ -1,6 +1,6 @@
-"""What is known of a rig besides its logs, and how it writes them: what the file ``heli.toml`` states.
+"""The configuration of a rig, as the file ``heli.toml`` states it: how it writes its logs, and what is known of it.
 
-Each value checks its own bounds when it is made; messages name the keys of the file.
+Each class checks the bounds of its values when it is made; messages name the keys of the file.
 """
 
 from collections.abc import Mapping
@@ -17,32 +17,32 @@ from heli_plant.geometry import Geometry
 from .units import ANGLES, COMBINED, NAMED, SI_UNIT, VOLTAGES, known_units, parse_unit
 
 LOWEST_LIMIT, HIGHEST_VOLTAGE = 0.1, 30.0
-"""Limit of an amplifier [V] below which no rotor turns, and voltage [V] above which no bench motor runs: that of the
-units' inputs, in which every diagnosis is flown before it is delivered."""
+"""Limit of an amplifier [V] below which no rotor turns, and voltage [V] above which no bench motor runs. The second is
+also the limit of the units' inputs: every diagnosis is flown in a unit before it is delivered."""
 
 MOST_COUNTS = 2**32  # of an encoder per turn: the finest that are made
 
 
 def bounded(default: Any, unit: str, lower: float, upper: float) -> Any:
-    """Declare a field of a value whose number, or each of its numbers, lies within bounds."""
+    """Declare a field of a dataclass whose number, or each of its numbers, must lie within bounds."""
     return field(default=default, metadata={"bounds": (unit, lower, upper)})
 
 
-def check_bounds(prefix: str, given: Any) -> None:
-    """Refuse a value whose numbers lie out of the bounds of its class: a ConfigurationError."""
-    for one in fields(given):
-        if limits := one.metadata.get("bounds"):
-            value = getattr(given, one.name)
+def check_bounds(prefix: str, settings: Any) -> None:
+    """Raise a ConfigurationError if a number of a dataclass lies outside its declared bounds."""
+    for declared in fields(settings):
+        if bounds := declared.metadata.get("bounds"):
+            value = getattr(settings, declared.name)
             for number in value if isinstance(value, tuple) else (value,):
                 if number is not None:
-                    require_range(prefix + one.name, number, *limits)
+                    require_range(prefix + declared.name, number, *bounds)
 
 
 @dataclass(frozen=True)
 class LogFormat:
-    """Where a log's signals stand, and how they become SI units with the project's signs.
+    """The columns of a log's signals, and how to convert them to SI units with the project's signs.
 
-    The default is the contract: header ``time [s],v_front [V],...``, no sign changed, nothing cut.
+    By default the headers are ``time [s],v_front [V],...``, no sign is changed, and nothing is cut.
 
     Raises
     ------
@@ -51,20 +51,20 @@ class LogFormat:
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
-    """Headers of signals whose header differs from the contract's; v_sum and v_difference stand in place of v_front
-    and v_rear in a log that holds their sum and difference."""
+    """Headers of signals, if they differ from the default; v_sum and v_difference replace v_front and v_rear in a log
+    that holds their sum and difference."""
     units: Mapping[str, str] = field(default_factory=dict)
     """Unit of a signal; overrides the unit in the header."""
     signs: Mapping[str, int] = field(default_factory=dict)
-    """+1 or -1 of a voltage or angle; signals that are not named keep their sign."""
+    """+1 or -1 for a voltage or angle; the other signals keep their sign."""
     references: Mapping[str, str] = field(default_factory=dict)
-    """Header of what the pilot asked of an axis, where it is not ``pitch_reference [rad]`` or alike; unit and sign are
-    the axis's where the header states no unit."""
+    """Header of the reference of an axis, if it is not ``pitch_reference [rad]`` or alike; its unit and sign are those
+    of the axis if the header states no unit."""
     swap_rotors: bool = False
-    """Front and rear voltage change places, after columns and signs were applied."""
+    """Whether to exchange front and rear voltage, after columns and signs were applied."""
     start: float | None = None
     end: float | None = None
-    """First and last instant kept, in the file's own time [s]."""
+    """First and last instant to read, in the file's time [s]."""
     decimal: str = "."
     """Decimal mark of a text file, "." or ","."""
     encoder_counts: tuple[int, int, int] = (4096, 4096, 8192)
@@ -80,41 +80,41 @@ class LogFormat:
         check_bounds("rig.", self)
         for name, known in (("columns", NAMED), ("units", NAMED), ("signs", NAMED), ("references", ANGLES)):
             for key in getattr(self, name):
-                what = "is no axis" if known is ANGLES else "is not a signal"
-                refuse(key not in known, f"log.{name}.{key} {what}; choose one of {', '.join(known)}.")
+                problem = "is no axis" if known is ANGLES else "is not a signal"
+                refuse(key not in known, f"log.{name}.{key} {problem}; choose one of {', '.join(known)}.")
         for signal, unit in self.units.items():
-            said = f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known_units(signal))}."
-            refuse(parse_unit(signal, unit) is None, said)
+            message = f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known_units(signal))}."
+            refuse(parse_unit(signal, unit) is None, message)
         for signal, sign in self.signs.items():
-            said = f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign."
-            refuse(signal == "time" or sign not in (-1, 1), said)
+            message = f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign."
+            refuse(signal == "time" or sign not in (-1, 1), message)
         refuse(self.decimal not in (".", ","), f"log.decimal = {self.decimal!r} is unknown; choose '.' or ','.")
         counts = self.encoder_counts
         are_counts = len(counts) == len(ANGLES) and all(1 <= count <= MOST_COUNTS for count in counts)
-        said = f"rig.encoder_counts = {counts} must be counts per turn in [1, {MOST_COUNTS}] of {', '.join(ANGLES)}."
-        refuse(not are_counts, said)
+        message = f"rig.encoder_counts = {counts} must be counts per turn in [1, {MOST_COUNTS}] of {', '.join(ANGLES)}."
+        refuse(not are_counts, message)
         refuse(not self.largest_file > 0.0, f"log.largest_file = {self.largest_file:g} MB must be positive.")
 
     def sign(self, signal: str) -> int:
-        """Give +1 or -1, the factor from the file's sign to the project's."""
+        """Return +1 or -1, the factor from the file's sign to the project's."""
         return self.signs.get(signal, 1)
 
     def oriented(self, signals: Mapping[str, Any]) -> dict[str, Any]:
-        """Give numbers or arrays by their signal with the project's signs, the two voltages for sum and difference.
+        """Convert numbers or arrays, by their signal, to the project's signs, and sum and difference to two voltages.
 
-        A sum or difference of the wrong sign turns front and rear voltage in the same way.
+        Opposite signs of sum and difference exchange front and rear voltage; the sign of the sum applies to both.
         """
-        own = {name: value * self.sign(name.removesuffix("_reference")) for name, value in signals.items()}
-        if "v_sum" in own:
+        values = {name: value * self.sign(name.removesuffix("_reference")) for name, value in signals.items()}
+        if "v_sum" in values:
             total, difference = signals["v_sum"], signals["v_difference"]
-            own = {name: value for name, value in own.items() if name not in COMBINED}
-            own |= {"v_front": 0.5 * (total + difference), "v_rear": 0.5 * (total - difference)}
+            values = {name: value for name, value in values.items() if name not in COMBINED}
+            values |= {"v_front": 0.5 * (total + difference), "v_rear": 0.5 * (total - difference)}
         if (self.sign("v_sum") != self.sign("v_difference")) != self.swap_rotors:
-            own["v_front"], own["v_rear"] = own["v_rear"], own["v_front"]
-        return own | {name: self.sign("v_sum") * own[name] for name in VOLTAGES}
+            values["v_front"], values["v_rear"] = values["v_rear"], values["v_front"]
+        return values | {name: self.sign("v_sum") * values[name] for name in VOLTAGES}
 
     def counts_per_turn(self, signal: str) -> int:
-        """Give the counts per turn of an angle's encoder; 1 for a signal without an encoder."""
+        """Return the counts per turn of an angle's encoder; 1 for a signal without an encoder."""
         return self.encoder_counts[ANGLES.index(signal)] if SI_UNIT[signal] == "rad" else 1
 
 
@@ -127,8 +127,8 @@ class Weights:
 
     ``pitch`` to ``travel_rate`` weigh squares of [rad] and [rad/s], ``elevation_integral`` and ``other_integral`` (of
     travel or pitch) those of [rad s], ``voltage`` that of each rotor's [V]. The default is nearly Bryson's rule, one
-    over the square of what a volt may cost: .05 rad of elevation, .18 rad of pitch, .16 rad of travel. With none on
-    the voltage, the elevation, or both pitch and travel, the cost has no least value.
+    over the square of the deviation that costs as much as a volt: .05 rad of elevation, .18 rad of pitch, .16 rad of
+    travel. Without a weight on the voltage, the elevation, or both pitch and travel, the cost has no minimum.
     """
 
     pitch: float = bounded(30.0, "1", 0.0, 1e9)
@@ -148,7 +148,7 @@ class Weights:
 
 @dataclass(frozen=True)
 class ControllerConfiguration:
-    """What a controller is designed for."""
+    """The requirements for the design of a controller."""
 
     period: float = bounded(0.01, "s", 5e-4, 1.0)
     """Sampling period [s]."""
@@ -160,7 +160,7 @@ class ControllerConfiguration:
     encoder_noise: float = bounded(6e-4, "rad", 1e-7, 0.1)
     weights: Weights = Weights()
     pid: PidSettings | None = None
-    """The PID that flies the rig; None if it is not stated."""
+    """The PID that flies the rig; None if it is unknown."""
 
     def __post_init__(self) -> None:
         check_bounds("controller.", self)
@@ -168,56 +168,56 @@ class ControllerConfiguration:
 
 @dataclass(frozen=True, kw_only=True)
 class GivenRig:
-    """What is given of a rig before its logs; a ConfigurationError if a value is out of bounds.
+    """What is known of a rig without its logs; a ConfigurationError if a value is out of bounds.
 
-    An effect has to be in the catalogue, with a shape that no search has to find.
+    An effect must be in the catalogue and have no shape parameter that must be searched.
     """
 
-    _place: ClassVar = ""
-    """What messages set before the name of a value."""
+    _prefix: ClassVar = ""
+    """Text that messages put before the name of a value."""
 
-    # From a tenth of a log's shortest step to far above any bench motor: a value outside is in another unit.
+    # From a tenth of a log's shortest step to far above any bench motor; a value outside is in another unit.
     motor_time_constant: float = bounded(0.08, "s", 5e-5, 5.0)
-    """Assumed T_m of eq. (9) of the paper [s]. The logs may refute it: a wrong one shows as the effect motor_lag."""
+    """Assumed T_m of eq. (9) of the paper [s]. If the logs contradict it, this shows as the effect motor_lag."""
     rest_pitch: float | None = bounded(None, "rad", -1.6, 1.6)  # a quarter of a turn; a larger value is in degrees
-    """Pitch θ₀ at which gravity exerts no torque [rad]; None if it is to be estimated."""
-    # A thousandth would not lift any bench helicopter, ten would throw it.
+    """Pitch θ₀ at which gravity exerts no torque [rad]; None to estimate it."""
+    # .001 would not lift any bench helicopter, and 10 is far beyond any.
     elevation_gain: float | None = bounded(None, "rad/s^2/V", 1e-3, 10.0)
-    """Gain k_z of the elevation [rad/s^2/V], from geometry and a thrust measurement; None if it is to be estimated.
-    Under a controller the logs hardly determine it."""
-    horizontal: float | None = bounded(None, "rad", -1.0, 1.0)  # more than the arm's travel; a larger one is in degrees
-    """What the elevation's encoder reads where the arm is horizontal [rad], for laws with a sine of the elevation; None
-    if it is to be estimated where such a law is found."""
+    """Gain k_z of the elevation [rad/s^2/V], from geometry and a thrust measurement; None to estimate it. In closed
+    loop the logs hardly determine it."""
+    horizontal: float | None = bounded(None, "rad", -1.0, 1.0)  # beyond the arm's range; a larger one is in degrees
+    """Reading of the elevation's encoder with a horizontal arm [rad], for laws with a sine of the elevation; None to
+    estimate it if such a law is found."""
     effects: Mapping[str, Estimate] = field(default_factory=dict)
-    """Effects that theory demands, by their field: the coefficient with its standard deviation, as the inertial
-    coupling's 1. They belong to the model before, and the logs move them as far as they know better."""
+    """Effects known from theory, by their field: the coefficient, such as the inertial coupling's 1, with its standard
+    deviation. They belong to the model before; it is a prior that the logs correct."""
     geometry: Geometry = Geometry()
-    """Masses, lengths and hover, priors of the gains; by default none is stated."""
+    """Masses, lengths and hover voltage, priors of the gains; by default none is known."""
 
     def __post_init__(self) -> None:
-        check_bounds(self._place, self)
+        check_bounds(self._prefix, self)
         known = [effect.field for effect in CATALOGUE if not any(shape.estimated for shape in effect.shapes)]
         for name, coefficient in self.effects.items():
-            key = f"{self._place}effects.{name}"
+            key = f"{self._prefix}effects.{name}"
             if name not in known:
                 on_axes = [field for field in known if name and field.startswith(f"{name}_")]
                 advice = f"; did you mean {' or '.join(map(repr, on_axes))}?" if on_axes else did_you_mean(name, known)
                 advice = advice or f"; choose one of {', '.join(known)}."
                 raise ConfigurationError(f"{key} is no effect that can be given{advice}")
-            said = f"{key} = {coefficient!r} must be an Estimate, the coefficient with its standard deviation and unit."
-            refuse(not isinstance(coefficient, Estimate), said)
-            effect, width = effect_of(name), coefficient.standard_error or 0.0
+            needed = "an Estimate, the coefficient with its standard deviation and unit"
+            refuse(not isinstance(coefficient, Estimate), f"{key} = {coefficient!r} must be {needed}.")
+            effect, deviation = effect_of(name), coefficient.standard_error or 0.0
             require_range(f"the coefficient of {key}", coefficient.value, effect.unit, effect.lower, effect.upper)
-            require_range(f"the standard deviation of {key}", width, effect.unit, 1e-6 * effect.upper, effect.upper)
-            said = f"{key} has the coefficient 0: what is not there need not be given; leave it out."
-            refuse(coefficient.value == 0.0, said)
+            require_range(f"the standard deviation of {key}", deviation, effect.unit, 1e-6 * effect.upper, effect.upper)
+            message = f"{key} has the coefficient 0: what is not there need not be given; leave it out."
+            refuse(coefficient.value == 0.0, message)
 
 
 @dataclass(frozen=True, kw_only=True)
 class RigConfiguration(GivenRig):
     """One rig, as its heli.toml states it."""
 
-    _place = "rig."
+    _prefix = "rig."
     name: str = "rig"
     format: LogFormat = CONTRACT
     controller: ControllerConfiguration = ControllerConfiguration()

@@ -1,4 +1,4 @@
-"""Several logs of one rig as one data set: some to fit, some held out; and the data sets that come with the package."""
+"""Several logs of one rig as one data set, for training or held out; and the data sets that come with the package."""
 
 import os
 from collections import Counter
@@ -20,11 +20,11 @@ from .reading import read_log
 from .units import ANGLES, VOLTAGES
 
 LogSource = Log | str | PathLike[str]
-"""A log, or the file of one with the contract's columns; `read_log` reads others."""
+"""A log, or the file of one with the default columns; `read_log` reads others."""
 
 DEMO_RIGS = ("rig-a", "rig-b", "rig-c")
 _CONSTANT_V = 1e-3  # a voltage that varies by less [V] moves no propeller
-_STILL_SHARE = 0.1  # of the usual excitation, below which a log says a hundredth of what another one says
+_STILL_SHARE = 0.1  # of the training logs' excitation; below it a log holds a hundredth of their information
 
 
 @check_types
@@ -34,12 +34,9 @@ def read_logs(
     start: float | None = None,
     end: float | None = None,
 ) -> tuple[Log, ...]:
-    """Give one log or several of one rig with unique names; a path is read as `read_log` does.
-
-    A LogError says that a file cannot be read.
-    """
-    given = [logs] if isinstance(logs, Log | str | PathLike) else list(logs)
-    return _name_apart([one if isinstance(one, Log) else read_log(one, format, start, end) for one in given])
+    """Return one log or several logs of one rig with unique names; paths are read by `read_log`."""
+    sources = [logs] if isinstance(logs, Log | str | PathLike) else list(logs)
+    return _make_names_unique([log if isinstance(log, Log) else read_log(log, format, start, end) for log in sources])
 
 
 @check_types
@@ -57,7 +54,7 @@ def read_data_set(
 
 @check_types
 def demo_files(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
-    """Give the files of the training logs and of the held-out logs of a demonstration rig, one of `DEMO_RIGS`."""
+    """Return the files of the training logs and of the held-out logs of a demonstration rig, one of `DEMO_RIGS`."""
     if rig not in DEMO_RIGS:
         raise LogError(f"there is no demonstration rig {rig!r}; choose one of {', '.join(DEMO_RIGS)}.")
     folder = Path(__file__).resolve().parent.parent / "demo_logs" / rig
@@ -66,88 +63,83 @@ def demo_files(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
 
 
 def demo_logs(rig: str) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
-    """Give the training logs and the held-out logs of a demonstration rig, with which the loop can be tried.
-
-    ``rig`` is one of `DEMO_RIGS`; the README.md beside the files says what each holds.
-    """
+    """Read the training logs and the held-out logs of a demonstration rig, one of `DEMO_RIGS`."""
     return read_data_set(*demo_files(rig))
 
 
-def _name_apart(logs: Sequence[Log]) -> tuple[Log, ...]:
-    """Give the logs with unique names.
-
-    A name that files in several folders share is preceded by the folders below the one that they share. Names that are
-    still equal then, as of one file given twice or of computed logs, are numbered.
-    """
-    named, times_given = list[Log](), Counter[str]()
+def _make_names_unique(logs: Sequence[Log]) -> tuple[Log, ...]:
+    """Put folders before equal names of files in different folders, and number names that are still equal."""
+    renamed, count = list[Log](), Counter[str]()
     folders = {log.path: Path(os.path.realpath(log.path)).parent.parts for log in logs if log.path}
     for log in logs:
-        name, same = log.name, [folders[other.path] for other in logs if other.name == log.name and other.path]
+        name, of_name = log.name, [folders[other.path] for other in logs if other.name == log.name and other.path]
         if log.path:
-            name = "/".join((*folders[log.path][len(os.path.commonprefix(same)) :], name))
-        times_given[name] += 1
-        name = name if times_given[name] == 1 else f"{name} ({times_given[name]})"
-        named.append(log if name == log.name else replace(log, name=name))  # a copy takes as much memory again
-    return tuple(named)
+            name = "/".join((*folders[log.path][len(os.path.commonprefix(of_name)) :], name))
+        count[name] += 1
+        name = name if count[name] == 1 else f"{name} ({count[name]})"
+        renamed.append(log if name == log.name else replace(log, name=name))  # a copy takes as much memory again
+    return tuple(renamed)
 
 
 def common_configuration(logs: Sequence[Log]) -> RigConfiguration | None:
-    """Give the configuration that all logs were read with; None if they were read with several, or one without."""
+    """Return the configuration that all logs were read with; None if there is none, or not the same for all."""
     first, *others = [log.configuration for log in logs] or [None]
-    return first if all(own == first for own in others) else None
+    return first if all(other == first for other in others) else None
 
 
 def check_excitation(logs: Sequence[Log]) -> None:
-    """Refuse, with a LogError, a data set in which a voltage never moves or never differs from the other."""
+    """Raise a LogError if a voltage is constant in all logs, or equals the other one in all logs."""
     if not logs:
         raise LogError("no log was given; name at least one file.")
-    called = ", ".join(map(_name_of, logs))
+    names = ", ".join(map(_path_or_name, logs))
     extents = np.max([np.ptp(log.voltages, axis=0) for log in logs], axis=0)
     if extents.min() < _CONSTANT_V:
         raise LogError(
-            f"{called}: {VOLTAGES[extents.argmin()]} is constant in every log, so there is nothing to identify; excite "
+            f"{names}: {VOLTAGES[extents.argmin()]} is constant in every log, so there is nothing to identify; excite "
             "the rig, for instance with the Exciter's square and chirp."
         )
     if all(np.abs(log.voltages[:, 0] - log.voltages[:, 1]).max() < SAME_VOLTAGE for log in logs):
         raise LogError(
-            f"{called}: v_front equals v_rear in every sample, so nothing drives the pitch; check whether one column "
+            f"{names}: v_front equals v_rear in every sample, so nothing drives the pitch; check whether one column "
             "was taken for both, or add a log in which they differ."
         )
 
 
 def check_moving(logs: Sequence[Log]) -> None:
-    """Refuse, with a LogError, a log in which an axis stands still: it cannot judge a model of three free axes."""
+    """Raise a LogError for a log in which an axis stands still: it cannot judge a model of three free axes."""
     for log in logs:
-        said = [f"{name} {why}" for name, angle in zip(ANGLES, log.angles.T, strict=True) if (why := why_still(angle))]
-        if said:
+        still = [f"{axis} {why}" for axis, angle in zip(ANGLES, log.angles.T, strict=True) if (why := why_still(angle))]
+        if still:
             needed = f"{STANDING_STILL}, and a diagnosis needs all three axes to move; leave the log out"
-            raise LogError(f"{_name_of(log)}: {' and '.join(said)}: {needed}.")
+            raise LogError(f"{_path_or_name(log)}: {' and '.join(still)}: {needed}.")
 
 
 def check_apart(training: Sequence[Log], held_out: Sequence[Log]) -> None:
-    """Refuse held-out logs that share flight with another log: a model may not be judged by its own data."""
+    """Raise a LogError for a held-out log that shares flight with another log: it must be new to the model."""
     for index, log in enumerate(held_out):
-        for own in (*training, *held_out[:index]):
-            if (flight := shared_flight(own, log)) is None:
+        for other in (*training, *held_out[:index]):
+            if (flight := shared_flight(other, log)) is None:
                 continue
+            name, other_name = _path_or_name(log), _path_or_name(other)
             where = f" ({flight[2]:.0f} s from {flight[1]:.0f} s on, there from {flight[0]:.0f} s on)"
-            if own not in training:
-                raise LogError(f"{_name_of(log)} holds the same samples as {_name_of(own)}{where}; give each log once.")
+            if other not in training:
+                raise LogError(f"{name} holds the same samples as {other_name}{where}; give each log once.")
             raise LogError(
-                f"{_name_of(log)} is held out for validation but shares samples with training log {_name_of(own)}"
+                f"{name} is held out for validation but shares samples with training log {other_name}"
                 f"{where}; give a log, or a stretch of it, that the fit has not seen."
             )
 
 
 def count_once(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
-    """Leave out training logs that share flight with a longer one, such as a log that was cut; a note for each."""
+    """Leave out training logs that share flight with a longer one, such as its excerpts; return a note for each."""
     kept, notes = list[Log](), list[str]()
     for log in sorted(training, key=lambda log: -log.duration):
-        shared = ((own, flight) for own in kept if (flight := shared_flight(own, log)))
-        if found := next(shared, None):
+        shared = ((longer, flight) for longer in kept if (flight := shared_flight(longer, log)))
+        if match := next(shared, None):
+            longer, flight = match
             notes.append(
-                f"{_name_of(log)} is left out: {found[1][2]:.0f} s of it are the same flight as {_name_of(found[0])}, "
-                "and what is counted twice seems twice as certain"
+                f"{_path_or_name(log)} is left out: {flight[2]:.0f} s of it are the same flight as "
+                f"{_path_or_name(longer)}, and what is counted twice seems twice as certain"
             )
         else:
             kept.append(log)
@@ -155,19 +147,19 @@ def count_once(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...
 
 
 def excitation_notes(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[str, ...]:
-    """Name the held-out logs whose voltages move far less than those of the training logs."""
+    """Describe the held-out logs whose voltages vary far less than those of the training logs."""
     notes = []
     for what, axes, weights in (("sum", "the elevation", (1, 1)), ("difference", "pitch and travel", (1, -1))):
         usual = float(np.median([(log.voltages @ weights).std() for log in training]))
         for log in held_out:
-            own = float((log.voltages @ weights).std())
-            if own < _STILL_SHARE * usual:
+            deviation = float((log.voltages @ weights).std())
+            if deviation < _STILL_SHARE * usual:
                 notes.append(
-                    f"{_name_of(log)} is held out and hardly excited: the {what} of its voltages has a standard "
-                    f"deviation of {own:.2g} V, that of the training logs {usual:.2g} V. It says little on {axes}"
+                    f"{_path_or_name(log)} is held out and hardly excited: the {what} of its voltages has a standard "
+                    f"deviation of {deviation:.2g} V, that of the training logs {usual:.2g} V. It says little on {axes}"
                 )
     return tuple(notes)
 
 
-def _name_of(log: Log) -> str:
+def _path_or_name(log: Log) -> str:
     return log.path or log.name

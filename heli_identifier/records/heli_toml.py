@@ -1,8 +1,8 @@
-"""The file ``heli.toml``: read, and written with every key explained.
+"""Read the file ``heli.toml``, and write it with every key explained.
 
-It has the sections ``[rig]``, ``[log]``, ``[controller]`` and ``[geometry]``; every key is optional. The template
-beside this module, which `heli init` writes, holds the defaults and an example of every other key: it says which keys
-there are, and of which type. The values in `configuration` check their bounds.
+It has the sections ``[rig]``, ``[log]``, ``[controller]`` and ``[geometry]``; every key is optional. The file
+``heli.toml.template``, which `heli init` writes, holds the defaults and an example of every other key: it defines the
+keys and their types. The classes in `configuration` check the bounds.
 """
 
 import json
@@ -27,136 +27,129 @@ from .units import ANGLES
 if TYPE_CHECKING:
     from .guess import Guess
 
-_LARGEST_MB = 1.0  # size up to which it is read
+_LARGEST_MB = 1.0  # largest file that is read
 _TEMPLATE = Path(__file__).with_name("heli.toml.template")
 _ENTRY = re.compile(r"(# )?(?P<key>\w+) = .*?  # (?P<comment>.*)")
 
-
-_WANTED = {str: "a text in quotes", int: "a whole number", bool: "true or false", float: "a number"}
-_LISTS = {2: "the coefficient and its standard deviation, as [1.0, 0.1]", 3: "a list of three numbers"}
-"""What a value of a type, or a list of a length, is called."""
+_TYPE_NAMES = {str: "a text in quotes", int: "a whole number", bool: "true or false", float: "a number"}
+_LIST_NAMES = {2: "the coefficient and its standard deviation, as [1.0, 0.1]", 3: "a list of three numbers"}
+"""Descriptions of the types, and of lists by their length."""
 
 
 def read_examples() -> dict[str, Any]:
-    """Give every key of the file with an example of its value: the template with its examples switched on."""
+    """Return every key of the file with an example of its value: the template with its commented examples."""
     lines = _TEMPLATE.read_text("utf-8").splitlines()
     return tomllib.loads("\n".join(line.removeprefix("# ") if " = " in line else line for line in lines))
 
 
 @check_types
 def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
-    """Read the configuration of a rig.
+    """Read the configuration of a rig from a TOML file, as `heli init` makes it.
 
-    Parameters
-    ----------
-    path : str or PathLike
-        TOML file, as `heli init` makes it.
-
-    Raises
-    ------
-    ConfigurationError
-        If the file is missing or not TOML, a key is unknown (the closest known one is proposed), or a value is of the
-        wrong type or out of bounds.
+    A ConfigurationError says that the file is missing or not TOML, that a key is unknown (with the closest known one),
+    or that a value is of the wrong type or out of bounds.
     """
     advice = f"; `heli init` writes a {CONFIGURATION_NAME} with every key explained"
     data = given_bytes(Path(path), _LARGEST_MB, ConfigurationError, advice)
     try:
         content = tomllib.loads(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError as well
-        said = "is nested too deeply" if isinstance(error, RecursionError) else f"is not TOML: {error}"
-        raise ConfigurationError(f"{path} {said}{advice}.") from error
+        problem = "is nested too deeply" if isinstance(error, RecursionError) else f"is not TOML: {error}"
+        raise ConfigurationError(f"{path} {problem}{advice}.") from error
     try:
-        known = read_examples()
-        return _make_configuration(_read_section("", dict.fromkeys(known, {}) | content, known))
+        examples = read_examples()
+        return _make_configuration(_read_section("", dict.fromkeys(examples, {}) | content, examples))
     except ConfigurationError as error:
         raise ConfigurationError(f"{path}: {error}") from error
 
 
-def _read_section(place: str, content: dict[str, Any], known: dict[str, Any]) -> dict[str, Any]:
-    """Give the values of a section, each of the type of its example; effects may have any name."""
+def _read_section(prefix: str, content: dict[str, Any], examples: dict[str, Any]) -> dict[str, Any]:
+    """Return the values of a section, each of the type of its example; effects may have any name."""
     for name in content:
-        if name not in known and place != "rig.effects.":
-            written = name if re.fullmatch(r"[\w-]+", name) else repr(name)
-            advice = did_you_mean(name, known) or f"; choose one of {', '.join(known)}."
-            raise ConfigurationError(f"key {place}{written} is unknown{advice}")
-    return {name: _read_value(f"{place}{name}", given, known.get(name, [1.0, 0.1])) for name, given in content.items()}
+        if name not in examples and prefix != "rig.effects.":
+            quoted = name if re.fullmatch(r"[\w-]+", name) else repr(name)
+            advice = did_you_mean(name, examples) or f"; choose one of {', '.join(examples)}."
+            raise ConfigurationError(f"key {prefix}{quoted} is unknown{advice}")
+    effect = [1.0, 0.1]
+    return {name: _read_value(f"{prefix}{name}", value, examples.get(name, effect)) for name, value in content.items()}
 
 
-def _read_value(key: str, given: Any, example: Any) -> Any:
-    """Give what stands at a key, if it has the type of its example; a list as a tuple."""
-    if isinstance(example, float) and type(given) is int:
-        given = float(min(max(given, -1e300), 1e300))  # of more digits than a float can have
-    if isinstance(example, list) and isinstance(given, list) and len(given) == len(example):
-        return tuple(_read_value(key, one, 1.0) for one in given)
-    if type(given) is not type(example) or isinstance(example, list):
-        what = _LISTS[len(example)] if isinstance(example, list) else _WANTED.get(type(example))
-        raise ConfigurationError(f"{key} = {given!r} must be {what or f'a section that begins with [{key}]'}.")
-    return _read_section(f"{key}.", given, example) if isinstance(example, dict) else given
+def _read_value(key: str, value: Any, example: Any) -> Any:
+    """Return the value of a key, if it has the type of its example; a list as a tuple."""
+    if isinstance(example, float) and type(value) is int:
+        value = float(min(max(value, -1e300), 1e300))  # it may be larger than any float
+    if isinstance(example, list) and isinstance(value, list) and len(value) == len(example):
+        return tuple(_read_value(key, number, 1.0) for number in value)
+    if type(value) is not type(example) or isinstance(example, list):
+        needed = _LIST_NAMES[len(example)] if isinstance(example, list) else _TYPE_NAMES.get(type(example))
+        raise ConfigurationError(f"{key} = {value!r} must be {needed or f'a section that begins with [{key}]'}.")
+    return _read_section(f"{key}.", value, example) if isinstance(example, dict) else value
 
 
 def _make_configuration(content: dict[str, dict[str, Any]]) -> RigConfiguration:
-    """Make the configuration of the values of the sections."""
+    """Make the configuration from the values of the sections."""
     rig, log, controller, geometry = (content[name] for name in ("rig", "log", "controller", "geometry"))
     limit, counts = rig.pop("voltage_limit", CONTRACT.voltage_limit), rig.pop("encoder_counts", {})
     encoders = tuple(counts.get(axis, CONTRACT.counts_per_turn(axis)) for axis in ANGLES)
     format = LogFormat(**log, voltage_limit=limit, encoder_counts=encoders)
     units, effects = {effect.field: effect.unit for effect in CATALOGUE}, {}
-    for name, (coefficient, deviation) in rig.pop("effects", {}).items():  # the name is checked where the value is
+    for name, (coefficient, deviation) in rig.pop("effects", {}).items():  # GivenRig checks the name
         effects[name] = Estimate(coefficient, deviation, units.get(name, ""))
     for name, value in geometry.items():
-        unit, most = ("V", 60.0) if name == "hover_voltage" else ("kg", 100.0) if name[0] == "m" else ("m", 10.0)
-        require_range(f"geometry.{name}", value, unit, 1e-3, most)
+        unit, largest = ("V", 60.0) if name == "hover_voltage" else ("kg", 100.0) if name[0] == "m" else ("m", 10.0)
+        require_range(f"geometry.{name}", value, unit, 1e-3, largest)
     controller["weights"] = Weights(**controller.get("weights", {}))
     controller["pid"] = _read_pid(controller.get("pid", {}), limit)
-    aim = ControllerConfiguration(**controller)
-    return RigConfiguration(**rig, effects=effects, format=format, controller=aim, geometry=Geometry(**geometry))
+    return RigConfiguration(
+        **rig, effects=effects, format=format, controller=ControllerConfiguration(**controller),
+        geometry=Geometry(**geometry),
+    )  # fmt: skip
 
 
-def _read_pid(given: dict[str, Any], voltage_limit: float) -> PidSettings | None:
-    """Give the PID that is stated; a loop that is not stated is off."""
-    loops, trim = {axis: AxisGains(*given[axis]) for axis in ANGLES if axis in given}, given.get("trim", 0.0)
+def _read_pid(section: dict[str, Any], voltage_limit: float) -> PidSettings | None:
+    """Return the PID of its section, with gains of 0 for the loops that are missing; None if all are missing."""
+    loops, trim = {axis: AxisGains(*section[axis]) for axis in ANGLES if axis in section}, section.get("trim", 0.0)
     for axis, gains in loops.items():
         units = ("1", "1/s", "s") if axis == "travel" else ("V/rad", "V/(rad s)", "V s/rad")
         for name, value, unit in zip(gains._fields, gains, units, strict=True):
             require_range(f"controller.pid.{axis}, {name}", value, unit, 0.0, 1e3)
     require_range("controller.pid.trim", trim, "V", -2.0 * voltage_limit, 2.0 * voltage_limit)
     alone = f"controller.pid.trim = {trim} V stands alone; add the gains of the loops that fly, or leave it out."
-    refuse("trim" in given and not loops, alone)
+    refuse("trim" in section and not loops, alone)
+    if not loops:
+        return None
     pitch, elevation, travel = (loops.get(axis, AxisGains(0.0, 0.0, 0.0)) for axis in ANGLES)
-    own = PidSettings(pitch, elevation, travel, "travel" in loops, trim, voltage_limit=voltage_limit)
-    return own if loops else None
+    return PidSettings(pitch, elevation, travel, "travel" in loops, trim, voltage_limit=voltage_limit)
 
 
-def write_template(path: str | PathLike[str], found: "Guess | None" = None) -> Path:
-    """Write the commented configuration, with what was found in a log, each entry with its reason.
-
-    A ConfigurationError says that the file exists already, since it may hold the user's work.
-    """
-    if Path(path).is_file() or Path(path).is_dir():  # a device holds nobody's work
+def write_template(path: str | PathLike[str], guess: "Guess | None" = None) -> Path:
+    """Write a configuration with every key explained, but not over a file, which may hold the user's work."""
+    if Path(path).is_file() or Path(path).is_dir():  # a device may be written to
         raise ConfigurationError(f"{path} exists already; delete it or name another file.")
-    return write_atomically(path, template_text(found))
+    return write_atomically(path, template_text(guess))
 
 
-def template_text(found: "Guess | None" = None) -> str:
-    """Give a configuration with every key explained: of what was found in a log, else of the contract."""
+def template_text(guess: "Guess | None" = None) -> str:
+    """Return the text of the template, with guessed values and their reasons in place of the defaults."""
     lines = _TEMPLATE.read_text("utf-8").splitlines()
-    if found is None:
+    if guess is None:
         return "\n".join([*lines, ""])
-    form = found.format
-    given = {f"rig.encoder_counts.{angle}": form.counts_per_turn(angle) for angle in ANGLES}
-    for one in fields(form):
-        value = getattr(form, one.name)
-        given |= {f"log.{one.name}.{key}": own for key, own in value.items()} if isinstance(value, dict) else {}
-        given[f"log.{one.name}"] = value
+    format = guess.format
+    values: dict[str, Any] = {f"rig.encoder_counts.{angle}": format.counts_per_turn(angle) for angle in ANGLES}
+    for field in fields(format):
+        value = getattr(format, field.name)
+        if isinstance(value, dict):
+            values |= {f"log.{field.name}.{key}": item for key, item in value.items()}
+        values[f"log.{field.name}"] = value
     section = ""
     for number, line in enumerate(lines):
         if line.startswith("["):
             section = line.strip("[]")
-        elif (entry := _ENTRY.fullmatch(line)) and (value := given.get(f"{section}.{entry['key']}")) is not None:
-            reason = found.reasons.get(f"{section}.{entry['key']}".removeprefix("log."), entry["comment"])
-            # A text of TOML is that of JSON, which lets the control character DEL stand.
+        elif (entry := _ENTRY.fullmatch(line)) and (value := values.get(f"{section}.{entry['key']}")) is not None:
+            reason = guess.reasons.get(f"{section}.{entry['key']}".removeprefix("log."), entry["comment"])
+            # JSON writes a text as TOML does, except for the control character DEL.
             quoted = json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
             lines[number] = f"{entry['key']} = {quoted}  # {printable(reason)}"
-    doubts = [f"# NOT CERTAIN: {printable(text)}." for text in found.doubts]
-    said = "# What `heli init` found in a log, each guess with its reason. Confirm every one of them."
-    return "\n".join([lines[0], said, *doubts, *lines[1:], ""])
+    doubts = [f"# NOT CERTAIN: {printable(text)}." for text in guess.doubts]
+    title = "# What `heli init` found in a log, each guess with its reason. Confirm every one of them."
+    return "\n".join([lines[0], title, *doubts, *lines[1:], ""])

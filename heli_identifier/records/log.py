@@ -1,4 +1,4 @@
-"""One measured log as a value: uniform time, SI units, the project's signs; and as the contract's CSV file."""
+"""One measured log: uniform time, SI units, the project's signs; and writing it as a CSV file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,30 +18,25 @@ from .configuration import HIGHEST_VOLTAGE, RigConfiguration
 from .units import ANGLES, CONTRACT_HEADERS
 
 FARTHEST_TRAVEL = 1e4
-"""Largest travel either way [rad]: 1600 turns, an hour of flight at half a turn a second."""
-
-
-EventKind = Literal["force", "slip"]
+"""Largest travel in either direction [rad]: 1600 turns, an hour of flight at half a turn a second."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """A passage of a log in which something acts that is not the plant."""
+    """A passage of a log in which something other than the plant acts."""
 
     log: str
     """Name of the log."""
     axis: str
     """Pitch, elevation or travel."""
     start: float
-    """Since the log's first sample [s]."""
     end: float
-    """Since the log's first sample [s]."""
+    """Start and end since the log's first sample [s]."""
     start_in_file: float
-    """In the time of the log's file [s]."""
     end_in_file: float
-    """In the time of the log's file [s]."""
-    kind: EventKind
-    """`force` for a force from outside, `slip` for a step of the encoder's reading."""
+    """Start and end in the time of the log's file [s]."""
+    kind: Literal["force", "slip"]
+    """`force` for an external force, `slip` for a step of the encoder's reading."""
     size: float
     """The acceleration of a force [rad/s^2], or the step of a slip [rad], with its sign."""
 
@@ -53,7 +48,7 @@ class Log:
     Raises
     ------
     LogError
-        If shapes disagree, a value is not finite or none that a bench helicopter reaches, or the rate is not positive.
+        If shapes disagree, a value is not finite or impossible on a bench helicopter, or the rate is not positive.
     """
 
     name: str
@@ -61,22 +56,22 @@ class Log:
     rate_hz: float
     """Sampling rate [Hz]."""
     voltages: Array
-    """Front and rear voltage [V], shape (N, 2), each held from its sample to the next."""
+    """Front and rear voltage [V], shape (N, 2), each constant from its sample to the next."""
     angles: Array
     """Pitch, elevation and travel [rad] at the samples, shape (N, 3)."""
     path: str = ""
     sha256: str = ""
-    """File that the log came from, and the hash of its bytes; empty if it was computed."""
+    """File of the log, and the hash of its bytes; empty if the log was computed."""
     notes: tuple[str, ...] = ()
-    """All that was converted or repaired on reading, one sentence each."""
+    """All conversions and repairs on reading, one sentence each."""
     start: float = 0.0
-    """What the file calls the instant time = 0 [s]."""
+    """Time in the file of the instant time = 0 [s]."""
     references: Mapping[str, Array] = field(default_factory=dict)
-    """What was asked of the controller, by axis (pitch, elevation, travel), shape (N,) each [rad]."""
+    """References of the controller by axis (pitch, elevation, travel), shape (N,) each [rad]."""
     configuration: RigConfiguration | None = None
-    """The rig's, if the log was read with one."""
+    """Configuration of the rig, if the log was read with one."""
     events: tuple[Event, ...] = ()
-    """Passages in which something else than the plant acts: every fit leaves them out, whatever forces leave behind."""
+    """Passages in which something other than the plant acts; every fit leaves them out."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rate_hz", float(self.rate_hz))
@@ -85,21 +80,21 @@ class Log:
         object.__setattr__(self, "references", {axis: _freeze(values) for axis, values in self.references.items()})
         object.__setattr__(self, "notes", tuple(self.notes))
         count, inf = len(self.angles), float("inf")
-        parts: list[tuple[str, Array, tuple[int, ...], float, str]] = [
+        signals: list[tuple[str, Array, tuple[int, ...], float, str]] = [
             ("voltages", self.voltages, (count, 2), HIGHEST_VOLTAGE, "V"),
             ("angles", self.angles, (count, 3), FARTHEST_TRAVEL, "rad"),
         ]
-        parts += [(f"the {axis} reference", values, (count,), inf, "rad") for axis, values in self.references.items()]
-        for what, values, shape, most, unit in parts:
-            self._require(values.shape == shape, f"{what} has shape {values.shape}, {shape} is needed")
-            bad = ~np.isfinite(values)
-            row = int(np.argwhere(bad)[0][0]) if bad.any() else 0
-            self._require(not bad.any(), f"{what} is not finite at sample {row}; leave that out")
-            reached = float(np.abs(values).max(initial=0.0))
-            beyond = f"{what} reach {reached:.4g} {unit}, which no rig can (at most {most:g}); give them in {unit}"
-            self._require(reached <= most, beyond)
-        named = (*self.references, *(event.axis for event in self.events))
-        wrong = next((axis for axis in named if axis not in ANGLES), None)
+        signals += [(f"the {axis} reference", values, (count,), inf, "rad") for axis, values in self.references.items()]
+        for name, values, shape, bound, unit in signals:
+            self._require(values.shape == shape, f"{name} has shape {values.shape}, {shape} is needed")
+            invalid = ~np.isfinite(values)
+            row = int(np.argwhere(invalid)[0][0]) if invalid.any() else 0
+            self._require(not invalid.any(), f"{name} is not finite at sample {row}; leave that out")
+            largest = float(np.abs(values).max(initial=0.0))
+            message = f"{name} reach {largest:.4g} {unit}, which no rig can (at most {bound:g}); give them in {unit}"
+            self._require(largest <= bound, message)
+        axes = (*self.references, *(event.axis for event in self.events))
+        wrong = next((axis for axis in axes if axis not in ANGLES), None)
         self._require(wrong is None, f"{wrong!r} is no axis; choose one of {', '.join(ANGLES)}")
         self._require(0.0 < self.rate_hz < inf, f"rate_hz = {self.rate_hz} Hz must be positive")
         self._require(count >= 2, f"it has {count} sample{'' if count == 1 else 's'}, 2 are needed")
@@ -109,12 +104,12 @@ class Log:
             raise LogError(f"log {self.name}: {sentence}.")
 
     def __repr__(self) -> str:
-        of = f", read from {self.path}" if self.path else ""
-        return f"<Log {self.name}: {self.duration:g} s, {self.samples} samples at {self.rate_hz:g} Hz{of}>"
+        source = f", read from {self.path}" if self.path else ""
+        return f"<Log {self.name}: {self.duration:g} s, {self.samples} samples at {self.rate_hz:g} Hz{source}>"
 
     @cached_property
     def time(self) -> Array:
-        """Time since the first sample kept, i/rate_hz [s], shape (N,)."""
+        """Time since the first sample, i/rate_hz [s], shape (N,)."""
         return _freeze(np.arange(self.samples) / self.rate_hz)
 
     @property
@@ -129,28 +124,25 @@ class Log:
 
     @property
     def duration(self) -> float:
-        """Time from the first sample to the end of the last one's hold, N steps [s]."""
+        """N sampling intervals [s]: the voltages of the last sample last for one as well."""
         return self.samples / self.rate_hz
 
     @property
     def columns(self) -> dict[str, Array]:
-        """The six signals under the contract's headers, each of shape (N,)."""
+        """The six signals by their standard headers, each of shape (N,)."""
         values = (self.time, *self.voltages.T, *self.angles.T)
         return dict(zip(CONTRACT_HEADERS, values, strict=True))
 
 
 def write_log(log: Log, path: str | PathLike[str]) -> Path:
-    """Write a log with the contract's header.
-
-    Numbers are printed with enough digits to read the same double back. Missing folders above the file are made.
-    """
+    """Write a log as CSV with the standard header and all digits of its numbers; make the folders above the file."""
     columns = log.columns | {f"{axis}_reference [rad]": values for axis, values in log.references.items()}
     rows = (map(repr, row) for row in np.column_stack([*columns.values()]).tolist())
     return write_atomically(path, "\n".join([*map(",".join, (columns, *rows)), ""]))
 
 
 def _freeze(values: ArrayLike) -> Array:
-    """Copy to what cannot be written to, unless it is frozen already; C order: compiled loops see one type only."""
+    """Make a read-only array, a copy if needed; in C order, so that compiled loops see one type only."""
     array = np.asarray(values, dtype=float, order="C")
     if array.flags.writeable or not array.flags.owndata:
         array = array.copy()

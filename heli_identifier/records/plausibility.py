@@ -1,13 +1,13 @@
-"""Whether a rig can reach the values that a log states; if not, a unit is mistaken or an encoder failed.
+"""Check that a rig can reach the values of a log; if not, a unit is wrong or an encoder failed.
 
-Mechanics bound pitch and elevation to less than a quarter of a turn either way; an encoder that counts within one turn
-may add a turn. Travel is unbounded but slow: at two turns a second the end of an arm of .65 m would see ten times the
+Mechanics limit pitch and elevation to less than a quarter of a turn either way; an encoder that counts within one turn
+may add a turn. Travel is unlimited but slow: at two turns a second the end of an arm of .65 m would see ten times the
 acceleration of gravity. Bench motors run on a few volts, at most some tens.
 
-A logger that folds its angles into one turn makes jumps of whole turns, and one that loses count jumps by a turn. No
-honest jump is larger than two turns, and none leaves and comes back within one sample, unless the angle lies at the
-edge at which it is folded: there an encoder's last count makes it jump to and fro. A value that does is a sentinel
-(999), a lost sample written as 0, or a bit that was hit.
+A logger that wraps its angles into one turn makes jumps of whole turns, and one that loses count jumps by a turn. No
+such jump is larger than two turns, and none returns within one sample, unless the angle lies at the edge at which it
+is wrapped: there the encoder's last count makes it jump to and fro. Any other single value that lies far away is a
+mark of a missing value (999), a lost sample written as 0, or a bit error.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,66 +23,66 @@ from .units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 
 POSSIBLE_ANGLE = 2.5 * np.pi  # of pitch or elevation either way [rad]: a quarter of a turn, and a turn of the encoder
 SUSPICIOUS_ANGLE = np.pi  # of pitch or elevation either way [rad] above which a note asks for the unit
-POSSIBLE_SPEED = 4.0 * np.pi  # travel within a second [rad/s]
+POSSIBLE_SPEED = 4.0 * np.pi  # largest travel within a second [rad/s]
 SAME_VOLTAGE = 1e-3  # difference of two voltages [V] up to which they are the same
 STANDING_STILL = "a clamped axis or a dead encoder tells nothing about itself"
-LEAST_MOTION = 1e-3  # range of an angle [rad] that moved: less is below one count of an encoder of 4096 a turn
+LEAST_MOTION = 1e-3  # least range of an angle that moves [rad]: a count of an encoder of 4096 counts is 1.5e-3
 
 NOISE_ALONE = 0.5
-"""Von Neumann's ratio, half the mean square of the changes from sample to sample over the variance, from which an angle
-holds nothing but noise. It is 1 of white noise, with a standard error of 1/sqrt(N), and 2 sin²(pi f/rate) of a motion
-of frequency f: .5 at a sixth of the rate, that is 8 Hz at 50 Hz, far above what an arm of a metre follows."""
+"""Least von Neumann's ratio, half the mean square of the changes from sample to sample over the variance, of an angle
+that holds only noise. It is 1 for white noise, with a standard error of 1/sqrt(N), and 2 sin²(pi f/rate) for a motion
+of frequency f: .5 at a sixth of the rate, that is 8 Hz at 50 Hz, far too fast for an arm of a metre."""
 
 FLICKER = 2
-"""Counts over which an encoder at rest flickers, to either side of the line that it stands at. A rig that hovers
-quietly goes further, though its encoder may jump by a count at every sample: noise of up to half a squared count. An
-axis whose noise is larger is not read by an encoder."""
+"""Counts over which an encoder at rest flickers, one on either side of its mark. A rig that hovers quietly moves
+further, though its encoder may jump by a count at every sample: noise of up to half a squared count. An axis with more
+noise is not measured by an encoder."""
 
-FEWEST_CHANGES = 20  # of a signal whose steps are known: what is set by hand changes less often
-MOST_STEPS = 50  # in a usual change: 16384 counts a turn at 1 rad/s and 50 Hz; those of fine digits are mostly more
+FEWEST_CHANGES = 20  # of a signal whose steps can be found: values set by hand change less often
+MOST_STEPS = 50  # in a usual change: 16384 counts a turn at 1 rad/s and 50 Hz; fine digits mostly give more
 
 DIGITS = 0.25
-"""Largest digit of a text, in steps, beside which an encoder is seen: that of two decimals of a degree and 8192 counts.
-Beside larger ones, readings that were interpolated look like those of an encoder with two or three times the counts."""
+"""Largest last digit of a text, in encoder steps, with which the steps are found: two decimals of a degree with 8192
+counts. With larger digits, interpolated readings look like those of an encoder with two or three times the counts."""
 
-EXCURSION = 0.3  # way there and back within one sample [rad] that no rig makes: at 50 Hz it needs 15 rad/s each way
+EXCURSION = 0.3  # deviation of a single sample [rad] that no rig makes: at 50 Hz it needs 15 rad/s each way
 
-_ASKED_FOR = ("ms", "mV", "rad", "deg", "counts")  # units that loggers use; others are rare enough to confuse
+_USUAL_UNITS = ("ms", "mV", "rad", "deg", "counts")  # units that loggers use; others are rare enough to confuse
 _TURN = 2.0 * np.pi
-_MOST_TURNS = 2.0  # an encoder that is folded and loses count at once
+_MOST_TURNS = 2.0  # an encoder that wraps and loses count at the same time
 _JUMP = np.pi  # from one sample to the next this is 157 rad/s at the lowest rate; the rig reaches a few rad/s
-_OFF_TURN = 0.5  # largest own motion of the rig during a jump [rad]: 25 rad/s at the lowest rate
+_OFF_TURN = 0.5  # largest motion of the rig during a jump [rad]: 25 rad/s at the lowest rate
 
 
 def unwrap_angle(angle: Array, signal: str, file: str, row: int) -> tuple[Array, list[str]]:
-    """Remove the jumps of whole turns of an angle [rad], shape (N,), that is folded into one turn; say what was done.
+    """Unwrap an angle [rad], shape (N,), and return it with notes; ``row`` is that of its first sample in the file.
 
-    A LogError names the row of the file, whose first sample stands in ``row``, where it jumps by more than half a turn,
-    but not by one or two whole turns, or leaves for one sample: the encoder or the logger failed.
+    A LogError names the row in which the angle jumps by more than half a turn, but not by one or two whole turns, or
+    leaves for one sample: the encoder or the logger failed.
     """
-    with np.errstate(over="ignore", invalid="ignore"):  # of values like 1e308, which are refused below
+    with np.errstate(over="ignore", invalid="ignore"):  # by values like 1e308, which are refused below
         jumps = np.diff(angle)
         size, off_turn = np.abs(jumps), np.abs(jumps - _TURN * np.round(jumps / _TURN))
-        # A sample far from both of its neighbours, which lie close to each other, is an excursion. Of an angle that is
-        # all noise every sample is one.
-        away = np.minimum(size[:-1], size[1:])
-        alone = (jumps[:-1] * jumps[1:] < 0.0) & (away > max(EXCURSION, 10.0 * float(np.median(size))))
-        alone &= np.abs(angle[2:] - angle[:-2]) < 0.5 * away
+        # A sample far from both of its neighbours, which lie close to each other, is an excursion. The median keeps
+        # every sample of an angle that is only noise from being one.
+        deviation = np.minimum(size[:-1], size[1:])
+        outlier = (jumps[:-1] * jumps[1:] < 0.0) & (deviation > max(EXCURSION, 10.0 * float(np.median(size))))
+        outlier &= np.abs(angle[2:] - angle[:-2]) < 0.5 * deviation
         if any(angle.min() >= lower - 1e-6 and angle.max() <= lower + _TURN + 1e-6 for lower in (-np.pi, 0.0)):
-            alone &= np.abs(away - _TURN) > _OFF_TURN  # a turn to and fro at the edge is the encoder's last count
+            outlier &= np.abs(deviation - _TURN) > _OFF_TURN  # a turn to and fro at the edge is the last count
     large = size > _JUMP
-    broken = large & ~((off_turn <= _OFF_TURN) & (size <= _MOST_TURNS * _TURN + _OFF_TURN))
+    impossible = large & ~((off_turn <= _OFF_TURN) & (size <= _MOST_TURNS * _TURN + _OFF_TURN))
     advice = "cut the log there with --from and --to."
-    if alone.any():
-        at = int(alone.argmax()) + 1
-        before, own, after = angle[at - 1 : at + 2]
+    if outlier.any():
+        at = int(outlier.argmax()) + 1
+        before, value, after = angle[at - 1 : at + 2]
         raise LogError(
-            f"{file}, row {row + at}: {signal} is {own:.6g} rad for one sample, {before:.4g} rad before and "
+            f"{file}, row {row + at}: {signal} is {value:.6g} rad for one sample, {before:.4g} rad before and "
             f"{after:.4g} rad after it, which no rig can; is it a mark of a missing value? Correct the value or "
             f"{advice}"
         )
-    if broken.any():
-        at = int(broken.argmax())
+    if impossible.any():
+        at = int(impossible.argmax())
         jump = f"{signal} jumps by {jumps[at]:.3g} rad from the row before"
         raise LogError(f"{file}, row {row + at + 1}: {jump}, which no rig can; correct the value or {advice}")
     count = int(large.sum())
@@ -92,24 +92,25 @@ def unwrap_angle(angle: Array, signal: str, file: str, row: int) -> tuple[Array,
 
 
 def why_still(angle: Array) -> str | None:
-    """Say why an angle, shape (N,) [rad], shows no motion; None if it shows one."""
+    """Say why an angle, shape (N,) [rad], shows no motion; None if it moves."""
     extent = float(np.ptp(angle))
     if extent == 0.0:
         return "never changes"
     if extent < LEAST_MOTION:
         return f"moves by {extent:.2g} rad in all, which no encoder resolves"
-    noise, spread = 0.5 * float(np.mean(np.diff(angle) ** 2)), float(np.var(angle))
-    if noise <= NOISE_ALONE * spread:
+    noise, variance = 0.5 * float(np.mean(np.diff(angle) ** 2)), float(np.var(angle))
+    if noise <= NOISE_ALONE * variance:
         return None
-    is_flown = noise <= 0.5 * (count := quantisation_step(angle)) ** 2 and extent > (FLICKER + 0.5) * count
-    return None if is_flown else "holds nothing but noise"
+    count = quantisation_step(angle)
+    hovers = noise <= 0.5 * count**2 and extent > (FLICKER + 0.5) * count
+    return None if hovers else "holds nothing but noise"
 
 
 def quantisation_step(values: Array) -> float:
-    """Step of the coarsest grid on which the values of a signal, shape (N,), lie; 0 if there is none.
+    """Find the step of the coarsest grid on which the values of a signal, shape (N,), lie; 0 if there is none.
 
-    An encoder makes a grid, a converter, or a text by its digits; a filter leaves none, a mean of n readings one that
-    is n times as fine. A usual change is a whole number of steps even where no value comes twice.
+    An encoder, a converter and the digits of a text make a grid. A filter removes it; a mean of n readings has one that
+    is n times as fine. The usual change is taken for a whole number of steps, since values may never repeat.
     """
     changes = np.diff(values, prepend=values[0])
     sizes = np.abs(changes)[np.abs(changes) > 1e-9 * float(np.ptp(values))]
@@ -118,9 +119,9 @@ def quantisation_step(values: Array) -> float:
     usual = float(np.median(sizes))
     sizes = sizes[sizes < 2.0 * usual]
     for parts in range(1, MOST_STEPS + 1):
-        whole = np.round(sizes * (parts / usual))
-        step = float(sizes @ whole / (whole @ whole))
-        if np.abs(sizes / step - whole).mean() < DIGITS / 3.0:  # of differences of two numbers that are rounded
+        counts = np.round(sizes * (parts / usual))
+        step = float(sizes @ counts / (counts @ counts))
+        if np.abs(sizes / step - counts).mean() < DIGITS / 3.0:  # mean error of a difference of two rounded numbers
             step = float(np.polyfit(np.cumsum(np.round(changes / step)), values, 1)[0])
             if step > 0.0 and is_on_grid(values, step):
                 return step
@@ -128,42 +129,39 @@ def quantisation_step(values: Array) -> float:
 
 
 def is_on_grid(values: Array, step: float) -> bool:
-    """Whether the values of a signal, shape (N,), lie on a grid but for digits; how long it rests does not matter."""
-    comes = values[np.diff(values, prepend=np.nan) != 0.0]
-    return bool(np.abs(np.exp(2j * np.pi / step * comes).mean()) > np.sinc(DIGITS))  # the mean of even errors
+    """Whether the values of a signal, shape (N,), lie on a grid but for digits; repeated values count once."""
+    changed = values[np.diff(values, prepend=np.nan) != 0.0]
+    return bool(np.abs(np.exp(2j * np.pi / step * changed).mean()) > np.sinc(DIGITS))  # mean for uniform errors
 
 
 def check_plausible(columns: Sequence[Column], values: Mapping[str, Array], rate_hz: float, file: str) -> None:
-    """Refuse signals, shape (N,) each in SI and unwrapped, that no rig can reach.
-
-    A LogError names every such signal, its value, the bound, the unit in which it was read and the other units.
-    """
-    farthest = {signal: float(np.abs(own).max()) for signal, own in values.items()}
-    farthest |= dict.fromkeys(COMBINED, max(farthest[signal] for signal in VOLTAGES))  # which were taken apart
+    """Raise a LogError that names the signals, shape (N,) each in SI and unwrapped, that no rig can reach."""
+    largest = {signal: float(np.abs(samples).max()) for signal, samples in values.items()}
+    largest |= dict.fromkeys(COMBINED, max(largest[signal] for signal in VOLTAGES))  # already converted to voltages
     second = max(1, round(rate_hz))
     turned = float(np.abs(values["travel"][second:] - values["travel"][:-second]).max(initial=0.0))
-    beyond, remedies, clip = list[str](), list[str](), ""
+    problems, remedies, clip = list[str](), list[str](), ""
     for column in columns:
         signal, unit = column.signal, SI_UNIT[column.signal]
-        what, most = "gives voltages up to" if signal in COMBINED else "reaches", farthest[signal]
+        verb, value = "gives voltages up to" if signal in COMBINED else "reaches", largest[signal]
         bound = HIGHEST_VOLTAGE if unit == "V" else FARTHEST_TRAVEL if signal == "travel" else POSSIBLE_ANGLE
-        if signal == "travel" and most <= bound:
-            what, most, bound = "turns within a second by", turned, POSSIBLE_SPEED
-        if most > bound:
-            beyond.append(f"{signal} {what} {most:.4g} {unit} when read in {column.unit} (at most {bound:.3g})")
-            others = [f'"{name}"' for name in known_units(signal) if name != column.unit and name in _ASKED_FOR]
+        if signal == "travel" and value <= bound:
+            verb, value, bound = "turns within a second by", turned, POSSIBLE_SPEED
+        if value > bound:
+            problems.append(f"{signal} {verb} {value:.4g} {unit} when read in {column.unit} (at most {bound:.3g})")
+            others = [f'"{name}"' for name in known_units(signal) if name != column.unit and name in _USUAL_UNITS]
             remedies.append(f"{signal} = {' or '.join(others)}")
             if unit == "V":
                 clip = "; if these are commands before the amplifiers' limit, set clip = true under [log] there"
-    if beyond:
+    if problems:
         raise LogError(
-            f"{file}: {', '.join(beyond)}, which no rig can; state the unit, {', '.join(remedies)}, under [log.units] "
-            f"of {HELI_TOML}{clip}."
+            f"{file}: {', '.join(problems)}, which no rig can; state the unit, {', '.join(remedies)}, under "
+            f"[log.units] of {HELI_TOML}{clip}."
         )
 
 
 def describe_values(voltages: Array, angles: Array, limit: float) -> tuple[str, ...]:
-    """Describe unusual voltages [V], shape (N, 2), at the amplifiers' ``limit`` [V], and angles [rad], shape (N, 3)."""
+    """Describe unusual voltages, shape (N, 2), at the amplifiers' ``limit`` [V], and angles [rad], shape (N, 3)."""
     notes = []
     for name, size in zip(VOLTAGES, np.abs(voltages).T, strict=True):
         beyond = int((size > limit * (1.0 + 1e-9)).sum())
@@ -175,9 +173,9 @@ def describe_values(voltages: Array, angles: Array, limit: float) -> tuple[str, 
             "v_front equals v_rear in every sample: nothing drives the pitch, unless one column was taken for both"
         )
     for name, values in zip(ANGLES, angles.T, strict=True):
-        most = np.abs(values).max()
+        largest = np.abs(values).max()
         if why := why_still(values):
             notes.append(f"{name} {why}: {STANDING_STILL}")
-        elif name != "travel" and most > SUSPICIOUS_ANGLE:
-            notes.append(f"{name} reaches {most:.3g} rad, more than half a turn: are these degrees?")
+        elif name != "travel" and largest > SUSPICIOUS_ANGLE:
+            notes.append(f"{name} reaches {largest:.3g} rad, more than half a turn: are these degrees?")
     return tuple(notes)

@@ -1,4 +1,4 @@
-"""From a file to a `Log`: find the columns, cut, check, convert and resample, and note all of it."""
+"""Read a file as a `Log`: find the columns, cut, check, convert and resample, and note every change."""
 
 import gzip
 import hashlib
@@ -15,7 +15,7 @@ from heli_identifier.errors import LogError, printable
 from heli_identifier.files import given_bytes
 from heli_identifier.signatures import check_types
 
-from .binary import LARGER, READERS, read_binary
+from .binary import READERS, TOO_LARGE, read_binary
 from .columns import Array, Column, Table, find_columns
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
@@ -39,12 +39,12 @@ def read_log(
     Parameters
     ----------
     path : str or PathLike
-        CSV or other text; by its ending a MATLAB (``.mat``), Excel (``.xlsx``), Parquet, TDMS or MDF file; packed if it
-        ends in ``.gz``.
+        CSV or other text; by its ending a MATLAB (``.mat``), Excel (``.xlsx``), Parquet, TDMS or MDF file; compressed
+        if it ends in ``.gz``.
     format : LogFormat or RigConfiguration
         How the rig writes its logs.
     start, end : float, optional
-        First and last instant kept, in the file's own time [s]; they override those of `format`.
+        First and last instant to read, in the file's time [s]; they override those of `format`.
 
     Returns
     -------
@@ -60,31 +60,32 @@ def read_log(
     format = format.format if isinstance(format, RigConfiguration) else format
     table, sha256 = open_table(Path(path), format)
     columns = find_columns(table, format)
-    kept, notes = _crop(table, columns[0], format.start if start is None else start, format.end if end is None else end)
-    values = {column.signal: table.numbers(column, kept) for column in columns}
+    start, end = format.start if start is None else start, format.end if end is None else end
+    rows, notes = _crop(table, columns[0], start, end)
+    values = {column.signal: table.numbers(column, rows) for column in columns}
     time = values.pop("time")
     notes = [*table.notes, *notes]
-    file, row = table.file, table.first_row + kept.start
-    del table  # a large one is let go of when its columns have been taken over
+    file, row = table.file, table.first_row + rows.start
+    del table  # it may be large, and its columns have been copied
 
     rate_hz, grid, resampled = find_sampling(time, file, row)
-    turns = []
+    unwrapped = []
     for signal in ANGLES:
         values[signal], note = unwrap_angle(values[signal], signal, file, row)
-        turns += note
+        unwrapped += note
     if time[0] != 0.0:
         notes.append(f"time counts from 0, which the file calls {time[0]:g} s")
-    values, done = _in_project_signs(values, columns, format)
-    notes += [*done, *turns, *resampled]
+    values, converted = _apply_signs(values, columns, format)
+    notes += [*converted, *unwrapped, *resampled]
     check_plausible(columns[1:6], values, rate_hz, file)
     if grid is not None:
         values = {
-            signal: np.interp(grid, time, own) if signal in ANGLES else mean_of_held(time, own, grid)
-            for signal, own in values.items()
+            signal: np.interp(grid, time, samples) if signal in ANGLES else mean_of_held(time, samples, grid)
+            for signal, samples in values.items()
         }
     voltages, angles = (np.stack([values[signal] for signal in signals], axis=1) for signals in (VOLTAGES, ANGLES))
     return Log(
-        name=printable(os.fsencode(Path(path).stem).decode("utf-8", "replace")),  # what is no UTF-8 cannot be drawn
+        name=printable(os.fsencode(Path(path).stem).decode("utf-8", "replace")),  # a figure needs valid UTF-8
         path=str(path),
         sha256=sha256,
         rate_hz=rate_hz,
@@ -98,19 +99,20 @@ def read_log(
 
 
 def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
-    """Read a log as a table, and the SHA-256 of its bytes; a LogError if it is no file, too large or no table."""
-    inside = "name the log files in it"
-    data = given_bytes(path, format.largest_file, LogError, "; check the path", inside, LARGER)
+    """Read a log as a table, with the SHA-256 of its bytes; a LogError if it is no file, too large or no table."""
+    advice = "name the log files in it"
+    data = given_bytes(path, format.largest_file, LogError, "; check the path", advice, TOO_LARGE)
     digest, name = hashlib.sha256(data).hexdigest(), path.name.lower()
     if name.endswith(".gz"):
-        data, name = _unpack(data, path, format.largest_file), name.removesuffix(".gz")
+        data, name = _decompress(data, path, format.largest_file), name.removesuffix(".gz")
     ending = Path(name).suffix
-    is_text = ending not in READERS
-    return read_text(data, str(path), format) if is_text else read_binary(data, ending, str(path), format), digest
+    if ending in READERS:
+        return read_binary(data, ending, str(path), format), digest
+    return read_text(data, str(path), format), digest
 
 
-def _unpack(data: bytes, path: Path, largest: float) -> bytes:
-    """Give the content of a gzip file of at most ``largest`` MB."""
+def _decompress(data: bytes, path: Path, largest: float) -> bytes:
+    """Return the content of a gzip file of at most ``largest`` MB."""
     content = bytearray()
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
@@ -119,12 +121,12 @@ def _unpack(data: bytes, path: Path, largest: float) -> bytes:
     except (OSError, EOFError, zlib.error) as error:
         raise LogError(f"{path} is not readable as gzip ({error}); pack it again.") from error
     if len(content) > 1e6 * largest:
-        raise LogError(f"{path} cannot be read: it has more than {largest:g} MB unpacked{LARGER}.")
+        raise LogError(f"{path} cannot be read: it has more than {largest:g} MB unpacked{TOO_LARGE}.")
     return bytes(content)
 
 
 def _crop(table: Table, column: Column, start: float | None, end: float | None) -> tuple[slice, list[str]]:
-    """Find the samples from the first at or after `start` to the last before time passes `end`."""
+    """Find the rows from the first one at or after `start` to the last one before time exceeds `end`."""
     time = table.values(column)
     count, finite = len(time), time[np.isfinite(time)]
     for option, instant in (("start", start), ("end", end)):
@@ -134,14 +136,14 @@ def _crop(table: Table, column: Column, start: float | None, end: float | None) 
     if to_s <= from_s:
         raise LogError(f"{table.file}: end = {to_s:g} s must come after start = {from_s:g} s.")
     if (start is None and end is None) or not len(finite):
-        return slice(0, count), []  # without an instant to cut at; reading the cells reports what they hold
-    # A printed instant may miss the wanted one by the last bit; that must not cost a sample.
-    slack = max(1e-9, 8.0 * float(np.finfo(float).eps * np.abs(finite).max()))
-    late_enough = time >= from_s - slack
+        return slice(0, count), []  # a time column without numbers is reported when its cells are converted
+    # A printed instant may differ from the given one by the last bit; that must not cost a sample.
+    tolerance = max(1e-9, 8.0 * float(np.finfo(float).eps * np.abs(finite).max()))
+    late_enough = time >= from_s - tolerance
     if not late_enough.any():
         raise LogError(f"{table.file}: start = {start:g} s lies after the log's end, {finite.max():g} s.")
     first = int(late_enough.argmax())
-    too_late = np.append(time[first:] > to_s + slack, True)
+    too_late = np.append(time[first:] > to_s + tolerance, True)
     last = first + int(too_late.argmax())
     if last == first:
         raise LogError(f"{table.file}: end = {end:g} s lies before the log's start at {time[first]:g} s.")
@@ -149,8 +151,8 @@ def _crop(table: Table, column: Column, start: float | None, end: float | None) 
     return slice(first, last), [f"kept {stretch} of the file ({last - first} of {count} rows)"]
 
 
-def _in_project_signs(values: _Signals, columns: Sequence[Column], format: LogFormat) -> tuple[_Signals, list[str]]:
-    """Give the signals of this project, the voltages limited where that is asked for, and say what was done."""
+def _apply_signs(values: _Signals, columns: Sequence[Column], format: LogFormat) -> tuple[_Signals, list[str]]:
+    """Convert the signals to the project's signs, clip the voltages if configured, and note all conversions."""
     converted = [column for column in columns if column.unit != SI_UNIT[column.signal]]
     notes = [f"{column.signal} converted from {column.unit} to {SI_UNIT[column.signal]}" for column in converted]
     if flipped := ", ".join(signal for signal, sign in format.signs.items() if sign < 0):

@@ -1,13 +1,13 @@
-"""From the instants that a log states to a uniform rate.
+"""Find the uniform rate behind the instants of a log.
 
 Identification needs samples at i/rate. There are three kinds of time column:
 
-* Uniform within a thousandth of a step: taken as it is.
-* Printed too coarsely for its step (300 Hz in whole milliseconds: 3, 3, 4 ms): the samples were uniform, only the print
-  is not. The sampling interval is the mean.
+* Uniform within a thousandth of a step: used unchanged.
+* Printed with too few digits for its step (300 Hz in whole milliseconds: 3, 3, 4 ms): the samples were uniform, only
+  the printed times are not. The sampling interval is the mean.
 * Uneven, by jitter or by lost samples, which leave steps that are whole multiples of the usual one: resampled to the
-  rate at which most samples came. Angles are interpolated linearly. A voltage is held between samples, so that each
-  new sample is the mean of the held voltage over its step; this keeps the impulse ∫ v dt that the motors received.
+  rate at which most samples came. Angles are interpolated linearly. A voltage is constant between samples, so each new
+  sample is the mean of the voltage over its step; this keeps the impulse ∫ v dt that the motors received.
 
 A gap of more than `GAP_STEPS` median steps is refused, because nothing is known of the rig during it.
 """
@@ -22,29 +22,28 @@ LOWEST_RATE_HZ = 50.0
 HIGHEST_RATE_HZ = 2000.0
 SHORTEST_S = 5.0
 GAP_STEPS = 5
-"""Longest gap that is bridged, in median steps: .1 s at the lowest rate, short against a pitch period of 7.7 s."""
-_RATE_TOLERANCE = 1e-3  # a clock that runs .1 % slow is still that of a 50 Hz logger
+"""Longest gap that is interpolated, in median steps: .1 s at the lowest rate, short against a pitch period of 7.7 s."""
+_RATE_TOLERANCE = 1e-3  # the clock of a 50 Hz logger may be .1 % slow
 _UNIFORM_STEPS = 1e-3  # an angle that moves at 1 rad/s is off by 1e-5 rad at 100 Hz, 1/150 of an encoder count
-_OFTEN_DOUBLED = 0.24  # share of doubled steps from which a print in whole steps is coarse: up to 800 Hz (.25) in ms
+_OFTEN_DOUBLED = 0.24  # share of doubled steps from which the digits are too few: up to 800 Hz (.25) in ms
 
 
 def find_sampling(time: Array, file: str, row: int) -> tuple[float, Array | None, list[str]]:
-    """Find the uniform rate [Hz] behind the instants [s] of a log, shape (N,), and say what was done.
+    """Find the uniform rate [Hz] behind the instants [s] of a log, shape (N,); the first one is in ``row``.
 
-    Where the instants are uneven the uniform ones, shape (M,), stand beside the rate, else None. A LogError says, at a
-    row of the file, whose first sample stands in ``row``, that time does not increase or has too long a gap; or that
-    rate or length lie outside of the bounds.
+    Returns the rate, the uniform instants, shape (M,), if those of the log are uneven, else None, and notes. A LogError
+    names the row in which time does not increase or has too long a gap, or says that rate or length are out of bounds.
     """
     if len(time) < 2:
         raise LogError(f"{file}: {len(time)} sample is not a log; log at least 5 s.")
     intervals = np.diff(time)
     if (intervals <= 0.0).any():
         at = int((intervals <= 0.0).argmax()) + 1
-        what = f"runs back from {time[at - 1]:g} s to" if time[at] < time[at - 1] else "stands still at"
+        problem = f"runs back from {time[at - 1]:g} s to" if time[at] < time[at - 1] else "stands still at"
         advice = "it must increase from row to row, cut the log or correct its clock"
-        raise LogError(f"{file}, row {row + at}: time {what} {time[at]:g} s; {advice}.")
+        raise LogError(f"{file}, row {row + at}: time {problem} {time[at]:g} s; {advice}.")
     median = float(np.median(intervals))
-    gaps = intervals > (GAP_STEPS + 0.5) * median  # half a step, as the instants on both sides jitter too
+    gaps = intervals > (GAP_STEPS + 0.5) * median  # half a step more, because the instants on both sides jitter
     if gaps.any():
         at = int(gaps.argmax()) + 1
         raise LogError(
@@ -62,7 +61,7 @@ def _estimate_sampling(time: Array, intervals: Array, median: float) -> tuple[fl
     off_grid = float(np.abs(time - time[0] - mean * np.arange(len(time))).max())
     if off_grid <= _UNIFORM_STEPS * mean:
         return _rounded_rate(1.0 / mean, off_grid / duration), None, []
-    # The coarsest digit (1, .1, ... 1e-6 s) of which all instants are multiples; 0 if none is.
+    # The coarsest digit (1, .1, ... 1e-6 s) of which all instants are multiples; 0 if there is none.
     multiples = (10.0**-k for k in range(7) if np.abs(time * 10.0**k - np.round(time * 10.0**k)).max() < 1e-3)
     digit = next(multiples, 0.0)
     # The end points may be rounded by half a digit each, which tilts the grid by up to half a digit more.
@@ -70,7 +69,7 @@ def _estimate_sampling(time: Array, intervals: Array, median: float) -> tuple[fl
         rate = _rounded_rate(1.0 / mean, digit / duration)
         interval = f"sampling interval taken as the mean, {1e3 / rate:.5g} ms ({rate:g} Hz)"
         return rate, None, [f"time column printed to {1e3 * digit:g} ms; {interval}"]
-    # The median separates lost samples from jitter but jitters itself; the number of steps between the ends does not.
+    # The median tells lost samples from jitter but jitters itself; the number of steps between the ends does not.
     steps = float(np.maximum(np.round(intervals / median), 1.0).sum())
     rate = _rounded_rate(steps / duration, 1.0 / steps)
     uneven = f"time is uneven (steps of {1e3 * intervals.min():.4g} to {1e3 * intervals.max():.4g} ms)"
@@ -79,32 +78,30 @@ def _estimate_sampling(time: Array, intervals: Array, median: float) -> tuple[fl
 
 
 def _samples_lost(intervals: Array, median: float, digit: float) -> bool:
-    """Whether every step is the usual one or a whole multiple of it: 10 and 20 ms, not 3 and 4 ms.
-
-    Where the usual step equals the last printed digit, both readings are possible: 700 Hz in whole milliseconds shows
-    1 and 2 ms in turns, and so would 1 kHz without every third sample. A logger that loses samples so evenly loses few
-    of them, so that many doubled steps mean a coarse print.
-    """
+    """Whether samples were lost: all steps are whole multiples of the usual one: 10 and 20 ms, not 3 and 4 ms."""
     steps = np.round(intervals / median)
-    whole = bool(steps.min() == 1.0 and steps.max() > 1.0 and np.abs(intervals - steps * median).max() < 1e-3 * median)
-    in_turns = steps.max() == 2.0 and abs(median - digit) < 1e-3 * digit and np.mean(steps == 2.0) >= _OFTEN_DOUBLED
-    return whole and not in_turns
+    multiples = steps.min() == 1.0 and steps.max() > 1.0 and np.abs(intervals - steps * median).max() < 1e-3 * median
+    # If the usual step equals the last printed digit, there are two explanations: 700 Hz in whole milliseconds gives
+    # steps of 1 and 2 ms, and so does 1 kHz with lost samples. A logger loses few samples without longer gaps, so many
+    # doubled steps mean too few digits.
+    doubled = steps.max() == 2.0 and abs(median - digit) < 1e-3 * digit and np.mean(steps == 2.0) >= _OFTEN_DOUBLED
+    return bool(multiples and not doubled)
 
 
 def _rounded_rate(rate: float, uncertainty: float) -> float:
-    """Give the whole number of hertz within the relative uncertainty of a rate, else the rate."""
-    whole = round(rate)
-    return float(whole) if abs(rate - whole) <= (uncertainty + 1e-9) * rate else rate
+    """Round a rate to whole hertz if that lies within its relative uncertainty."""
+    rounded = round(rate)
+    return float(rounded) if abs(rate - rounded) <= (uncertainty + 1e-9) * rate else rate
 
 
 def check_extent(rate_hz: float, samples: int, file: str) -> None:
-    """Refuse a rate outside of 50 Hz to 2 kHz, and less than 5 s of samples, with the name of the file."""
+    """Raise a LogError for a rate outside of 50 Hz to 2 kHz, or less than 5 s of samples."""
     rate = f"the rate of {rate_hz:.4g} Hz is"
     if rate_hz < LOWEST_RATE_HZ * (1.0 - _RATE_TOLERANCE):
         problem = f"{rate} below {LOWEST_RATE_HZ:g} Hz; log faster, or check the unit of time"
     elif rate_hz > HIGHEST_RATE_HZ * (1.0 + _RATE_TOLERANCE):
         problem = f"{rate} above {HIGHEST_RATE_HZ:g} Hz; keep every n-th row, or check the unit of time"
-    # Half a sample of tolerance: a log is not refused for whether the last sample's hold counts.
+    # Half a sample of tolerance: whether the interval after the last sample counts must not matter.
     elif samples < SHORTEST_S * rate_hz - 0.5:
         # Six digits tell 5 s from half a step less at the highest rate, 4.99975 s.
         problem = f"{samples / rate_hz:.6g} s of log are shorter than {SHORTEST_S:g} s; log longer or cut less"
@@ -114,10 +111,7 @@ def check_extent(rate_hz: float, samples: int, file: str) -> None:
 
 
 def mean_of_held(time: Array, values: Array, grid: Array) -> Array:
-    """Average values, shape (N,), held from each instant [s] to the next, over steps of a uniform ``grid`` [s].
-
-    Gives shape (M,), that of the grid, which has two instants at least; the integral is kept.
-    """
+    """Average values (N,), constant from each instant [s] to the next, over steps of a uniform ``grid`` [s] (M,)."""
     step = grid[1] - grid[0]
     edges = np.append(grid, grid[-1] + step)
     knots = np.append(time, max(edges[-1], time[-1] + step))

@@ -1,7 +1,7 @@
-"""The six signals of a log, the units in which it may state them, and their factors to SI: degrees become radians here.
+"""The six signals of a log, the units that a log may use for them, and the factors to SI units.
 
-A unit is understood in any case and by its plain names (`degrees`, `°`, `sec`, `Volt`). One that could be two things is
-not: `Grad` is a degree in German and a 400th of a turn in English.
+A unit may be written in upper or lower case and by its common names (`degrees`, `°`, `sec`, `Volt`). An ambiguous name
+is refused: `Grad` is a degree in German and a 400th of a turn in English.
 
 Instead of the two voltages a log may hold their sum v_front + v_rear and their difference v_front - v_rear.
 """
@@ -13,9 +13,9 @@ VOLTAGES = SIGNALS[1:3]
 ANGLES = SIGNALS[3:]
 COMBINED = ("v_sum", "v_difference")
 NAMED = (*SIGNALS, *COMBINED)
-"""All that a configuration may name a column of."""
+"""All signals for which a configuration may name a column."""
 REFERENCES = tuple(f"{angle}_reference" for angle in ANGLES)
-"""What a pilot or a plan asked of an angle, which a log may hold as well."""
+"""Reference values (setpoints) of the angles, which a log may hold as well."""
 
 SI_UNIT = {
     "time": "s", **dict.fromkeys((*VOLTAGES, *COMBINED), "V"), **dict.fromkeys((*ANGLES, *REFERENCES), "rad"),
@@ -24,7 +24,7 @@ SI_UNIT = {
 STAMP = "ISO 8601"
 """Unit of a time column that holds time stamps, such as 2026-03-01T12:00:00.010; instants count from the first."""
 
-_UNITS = {  # by the SI unit: factor to it, and names
+_UNITS = {  # for each SI unit: the units with their factor to it and their names
     "s": {
         "s": (1.0, "s sec secs second seconds sekunde sekunden seconde secondes"),
         "ms": (1e-3, "ms msec msecs millisecond milliseconds millisekunde millisekunden"),
@@ -42,23 +42,23 @@ _UNITS = {  # by the SI unit: factor to it, and names
         "mrad": (1e-3, "mrad milliradian milliradians"),
     },
 }
-_UNDERSTOOD = {
+_UNIT_BY_NAME = {
     si: {name: unit for unit, (_, names) in units.items() for name in (unit.lower(), *names.split())}
     for si, units in _UNITS.items()
 }
-_PROBABLY = {
+_UNIT_HINTS = {
     "grad": 'probably degrees, "deg": so German calls them; in English a grad is a 400th of a turn',
     **dict.fromkeys(("rad/s", "deg/s", "°/s", "rpm"), "a rate and no angle: name the column of the angle"),
 }
 
 
 def header(signal: str) -> str:
-    """Give the contract's column header of a signal, such as ``pitch [rad]``."""
+    """Return the standard column header of a signal, such as ``pitch [rad]``."""
     return f"{signal} [{SI_UNIT[signal]}]"
 
 
 def with_unit(name: str, unit: str) -> str:
-    """Give a name with a unit that a file states beside it, where it states one and the name does not."""
+    """Append the unit that a file states beside a name, if there is one and the name holds none."""
     return f"{name} [{unit.strip()}]" if unit.strip() and "[" not in name else name
 
 
@@ -71,16 +71,16 @@ def known_units(signal: str) -> tuple[str, ...]:
 
 
 def parse_unit(signal: str, text: str) -> str | None:
-    """Give the unit that a text plainly means for a signal, one of `known_units`; None if it is not plain."""
-    return _UNDERSTOOD[SI_UNIT[signal]].get(text.strip().lower())
+    """Return the unit that a text names, one of `known_units` of the signal; None if it is unknown or ambiguous."""
+    return _UNIT_BY_NAME[SI_UNIT[signal]].get(text.strip().lower())
 
 
-def guess_unit(signal: str, text: str) -> str:
-    """Say what a unit that is not understood probably is, or which ones are."""
+def explain_unit(signal: str, text: str) -> str:
+    """Say what an unknown unit probably means, or which units are known."""
     known = known_units(signal)
-    return _PROBABLY.get(text.strip().lower(), f"{', '.join(known[:-1])} or {known[-1]} is needed")
+    return _UNIT_HINTS.get(text.strip().lower(), f"{', '.join(known[:-1])} or {known[-1]} is needed")
 
 
 def factor_to_si(signal: str, unit: str, counts_per_turn: int) -> float:
-    """Give the factor to SI from `unit`, one of `known_units(signal)`; counts are those of the signal's encoder."""
+    """Return the factor to SI from `unit`, one of `known_units(signal)`; counts are those of the signal's encoder."""
     return 2.0 * math.pi / counts_per_turn if unit == "counts" else _UNITS[SI_UNIT[signal]][unit][0]
