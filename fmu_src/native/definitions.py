@@ -97,9 +97,12 @@ DEFINITIONS = {
     ),
     "StateFeedback": Definition(
         ("state_feedback.c",),
-        (state_feedback.sample_and_hold, state_feedback.start_holding, control.step_references, motor.saturate),
+        (
+            state_feedback.sample_and_hold, state_feedback.start_sampled_feedback, control.step_references,
+            motor.saturate,
+        ),
         state_feedback.FeedbackSettings,
-        state_feedback.Held | None,
+        state_feedback.SampledFeedback | None,
     ),
     "Exciter": Definition(
         ("exciter.c", "mersenne.c"),

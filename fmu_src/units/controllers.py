@@ -13,7 +13,7 @@ from heli_plant.motor import saturate
 
 from ..slave_base import SlaveBase
 from ..variables import Variable, for_each, parameter, real_input, setting
-from .signals import ANGLE_INPUTS, AXES, EARLY, ROTORS, VOLTAGE_BOUND, voltage_outputs
+from .signals import ANGLE_INPUTS, AXES, ROTORS, TIME_TOLERANCE, VOLTAGE_BOUND, voltage_outputs
 
 
 def controller_variables(*voltages_depend_on: str) -> tuple[Variable, ...]:
@@ -35,7 +35,7 @@ class Controller(SlaveBase):
         """Return the references of pitch, elevation and travel [rad] at ``time`` [s]."""
         pitch, elevation, travel, to_pitch, to_elevation, to_travel, step_time = self.values[7:14]
         given, rises = (pitch, elevation, travel), (to_pitch, to_elevation, to_travel)
-        return control.step_references(given, rises, time - self.start_time, step_time - EARLY)
+        return control.step_references(given, rises, time - self.start_time, step_time - TIME_TOLERANCE)
 
 
 _PID = control.PidSettings()
@@ -134,13 +134,13 @@ class StateFeedback(Controller):
         _feedback("voltage_limit", "voltage_limit", "bound of each voltage", "V", 1e-6, VOLTAGE_BOUND),
         *(entry for matrix in _MATRICES for entry in _entries(matrix)),
     )  # fmt: skip
-    hidden = {"held": state_feedback.Held}
+    hidden = {"held": state_feedback.SampledFeedback}
     summary = "State feedback with a Kalman filter, of elevation and of travel or pitch: LQR, or LQI with integrals"
 
     def initialise(self, time: float) -> None:
         """Read the settings; show the voltages of the operating point."""
         self.feedback = self.settings(_FEEDBACK)
-        self.held: state_feedback.Held | None = None
+        self.held: state_feedback.SampledFeedback | None = None
         self.show(saturate(voltage, self.feedback.voltage_limit) for voltage in self.feedback.hover)
 
     def advance(self, time: float, step_size: float) -> None:
@@ -148,7 +148,9 @@ class StateFeedback(Controller):
         s = self.feedback
         pitch, elevation, travel, more_front, more_rear = self.values[:5]
         since, references = time - self.start_time, self.references_at(time)
-        held = state_feedback.start_holding(pitch, elevation, travel, s) if self.held is None else self.held
+        held = self.held
+        if held is None:
+            held = state_feedback.start_sampled_feedback(pitch, elevation, travel, s)
         angles, added = state_feedback.Angles(pitch, elevation, travel), state_feedback.Rotors(more_front, more_rear)
         self.held = state_feedback.sample_and_hold(held, since, step_size, angles, references, added, s)
         self.show((self.held.v_front, self.held.v_rear))

@@ -13,7 +13,7 @@ from ..slave_base import SlaveBase, check_due
 from ..variables import Variable, for_each, output, parameter, real_input, setting
 from .signals import ANGLE_INPUTS, AXES, VOLTAGE_INPUTS
 
-_EARLY = 1e-6  # a sample is due this fraction of its period early: communication points k H have rounding errors
+_PERIOD_TOLERANCE = 1e-6  # a sample is due this share of a period early: communication points k H have rounding errors
 _INPUTS = (
     *VOLTAGE_INPUTS,
     *ANGLE_INPUTS,
@@ -86,8 +86,8 @@ class Corrector(SlaveBase):
             return
         check_due(time - self.first - (self.state.instants + 1) * period, period, time)
         state = self.state
-        while self.first + (state.instants + 1) * period <= time + _EARLY * period:
-            due_again = self.first + (state.instants + 2) * period <= time + _EARLY * period
+        while self.first + (state.instants + 1) * period <= time + _PERIOD_TOLERANCE * period:
+            due_again = self.first + (state.instants + 2) * period <= time + _PERIOD_TOLERANCE * period
             state, events = following.correct(state, now._replace(fresh=0.0) if due_again else now, self.plan)
             self.reports += len(events)
             self.last = events[-1] if events else self.last

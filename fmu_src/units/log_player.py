@@ -17,7 +17,7 @@ from typing import ClassVar, NamedTuple
 from ..errors import Refusal
 from ..slave_base import SlaveBase
 from ..variables import Variable, parameter
-from .signals import AXES, EARLY, measured_outputs
+from .signals import AXES, TIME_TOLERANCE, measured_outputs
 
 _HEADERS = {
     "time": {"time [s]": 1.0},
@@ -62,7 +62,7 @@ class LogPlayer(SlaveBase):
 
     def _show(self, time: float) -> None:
         since_first = time - self.start_time + self.value("log.start")
-        index = bisect_right(self.recording.times, since_first + EARLY) - 1
+        index = bisect_right(self.recording.times, since_first + TIME_TOLERANCE) - 1
         self.show(self.recording.rows[max(index, 0)])
 
 

@@ -12,7 +12,7 @@ RATE_BOUND = 1e3  # bound of an angular rate [rad/s]
 AXES = ("pitch", "elevation", "travel")
 ROTORS = ("front", "rear")
 
-EARLY = 1e-9  # what is due at a time comes so much before it [s]: communication points k H have rounding errors
+TIME_TOLERANCE = 1e-9  # events may come this much early [s], because communication points k H have rounding errors
 
 VOLTAGE_INPUTS = for_each(
     ROTORS, real_input, "v_{}", "V", VOLTAGE_BOUND, 5.0, "voltage of the {} motor, held over the step"

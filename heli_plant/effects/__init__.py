@@ -6,7 +6,7 @@ Sources: section 2.3 of the paper (neglects) and its footnote on thrust asymmetr
 """
 
 # ruff: noqa: F401 - this is the door
-from . import friction, rotors, thrust, arm  # noqa: I001 - in the catalogue's order: parameters follow it
+from . import friction, rotors, thrust, arm  # noqa: I001 - this order is that of the parameters
 from .definition import (
     ACCELERATION,
     AXES,

@@ -119,7 +119,7 @@ Status exchange_update(Unit *unit, double *next)
     const Status status = ready(unit, "newDiscreteStates", NO_STATES);
     if (status != OK)
         return status;
-    if (unit->reached - unit->start_time >= unit->next_event - EARLY) {
+    if (unit->reached - unit->start_time >= unit->next_event - TIME_TOLERANCE) {
         unit->passed = unit->next_event;
         unit->next_event = EXCHANGE->next_event(unit->model, unit->passed);
         unit->stale = true;

@@ -200,7 +200,7 @@ static void read_log(Model *model, Space *space, const char *path)
 
 static void show(const Model *model, Unit *unit, double time)
 {
-    const double since_first = time - unit->start_time + unit->values[REF_log_start].real + EARLY;
+    const double since_first = time - unit->start_time + unit->values[REF_log_start].real + TIME_TOLERANCE;
     int64_t first = 0, beyond = model->count; /* the first row that is later */
     while (first < beyond) {
         const int64_t middle = (first + beyond) / 2;

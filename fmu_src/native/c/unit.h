@@ -10,7 +10,7 @@
 
 #include "memory.h"
 
-#define EARLY 1e-9 /* [s]; communication points k H have rounding errors */
+#define TIME_TOLERANCE 1e-9 /* [s]; communication points k H have rounding errors */
 
 typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status;
 typedef enum { REAL, INTEGER, BOOLEAN, STRING } Kind;
