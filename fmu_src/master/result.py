@@ -1,4 +1,4 @@
-"""The result of a run: the recorded outputs of all units at every communication point; the bands of many runs."""
+"""The result of a run: the recorded outputs of all units at every communication point, and the bands of many runs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..errors import WiringError
 
 
 class Bands(NamedTuple):
-    """Where 95 % of the varied runs lie at every recorded instant."""
+    """The bands that contain 95 % of the varied runs at every recorded instant."""
 
     low: NDArray[np.float64]
     high: NDArray[np.float64]
