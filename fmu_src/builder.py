@@ -52,9 +52,9 @@ def parameters_of(unit: type[SlaveBase]) -> dict[str, Variable]:
 
 
 def check_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value], within: str = "") -> dict[str, Value]:
-    """Return ``parameters`` as start values of ``unit``, each of the variable's type; a number may come as its text.
+    """Return ``parameters`` as start values of ``unit``, converted to their types; a number may be given as text.
 
-    BuildError says which name, behind ``within``, is no parameter of the unit, or which value is out of range.
+    BuildError names, with the prefix ``within``, what is no parameter of the unit or out of range.
     """
     known = parameters_of(unit)
     values: dict[str, Value] = {}
@@ -78,7 +78,7 @@ def variables_of(unit: type[SlaveBase], start_values: Mapping[str, Value]) -> tu
 
 
 def number_or_text(value: Value) -> Value:
-    """Return a text as the number that it says, if it is one: 1_000 is 1000, as in heli.toml; true is 1, false 0."""
+    """Return the number that a text stands for, if any: 1_000 is 1000, as in heli.toml; true is 1, false is 0."""
     if not isinstance(value, str):
         return value
     if value.lower() in ("true", "false"):
@@ -138,13 +138,14 @@ def build(
     start_values = check_start_values(kind, parameters or {})
     variables = variables_of(kind, start_values)
     if native:
-        from .native.builder import native_unit  # the translator loads what units in Python need not
+        from .native.builder import native_unit  # units in Python do not need the translator
 
-        entries, said = native_unit(kind, variables, fmi, all_platforms, model_exchange)
+        entries, details = native_unit(kind, variables, fmi, all_platforms, model_exchange)
     else:
-        entries = python_unit(kind, start_values) | _from_pythonfmu(unit)
-        said = {"variables": variables, "token": content_guid(entries)}
-    return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries | describe(kind, remark=remark, **said)))
+        entries = python_unit(kind, start_values) | _pythonfmu_files(unit)
+        details = {"variables": variables, "token": content_guid(entries)}
+    entries |= describe(kind, remark=remark, **details)
+    return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 
 
 def build_all(directory: str | Path) -> dict[str, Path]:
@@ -152,7 +153,7 @@ def build_all(directory: str | Path) -> dict[str, Path]:
     return {name: build(name, directory) for name in UNITS}
 
 
-def _from_pythonfmu(identifier: str) -> dict[str, bytes]:
+def _pythonfmu_files(identifier: str) -> dict[str, bytes]:
     """Return pythonfmu's binaries under the model identifier's name, and its licence."""
     entries = {}
     for file in distribution("pythonfmu").files or ():
@@ -173,6 +174,6 @@ def zip_bytes(entries: Mapping[str, bytes]) -> bytes:
             info = zipfile.ZipInfo(name, EARLIEST)
             info.compress_type = zipfile.ZIP_DEFLATED
             info.external_attr = 0o644 << 16
-            info.create_system = 3  # the same on every system that builds
-            archive.writestr(info, entries[name])  # the highest level takes twice as long for a hundredth less
+            info.create_system = 3  # the same on every system
+            archive.writestr(info, entries[name])  # the highest compression saves 1 % and takes twice as long
     return buffer.getvalue()
