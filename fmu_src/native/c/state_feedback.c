@@ -1,4 +1,4 @@
-/* StateFeedback between FMI and the translated model: which variable goes where. */
+/* StateFeedback: connects its variables with the translated model. */
 #include "unit.h"
 #include "model.h"
 #include "variables.h"
