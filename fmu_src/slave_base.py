@@ -8,7 +8,7 @@
   are right from the start time on, also while the unit is initialising.
 * A step that does not begin at the end of the last one is refused, because the state belongs to that time. Units whose
   outputs depend on the time alone accept it.
-* The whole state is saved and restored. pythonfmu itself saves only the registered variables, so that a hidden
+* The complete state is saved and restored. pythonfmu itself saves only the registered variables, so that a hidden
   integrator would roll back wrong.
 
 A unit class defines its ``variables``, the methods ``initialise`` and ``advance``, and the types of its ``hidden``
@@ -239,7 +239,7 @@ class SlaveBase(Fmi2Slave):
         self.refused.pop(reference, None)
         self.outdated = self.outdated or self.phase == INITIALISING
 
-    # The whole state
+    # The state
 
     def _get_fmu_state(self) -> dict[str, Any]:
         try:

@@ -53,7 +53,6 @@ class PidState(NamedTuple):
     filtered_travel: float
 
 
-Voltages = tuple[float, float]
 Three = tuple[float, float, float]
 
 
@@ -71,29 +70,12 @@ def step_references(references: Three, rises: Three, time: float, rise_time: flo
 
 def pid_step(
     state: PidState, pitch: float, elevation: float, travel: float, references: Three, h: float, settings: PidSettings
-) -> tuple[PidState, Voltages]:
+) -> tuple[PidState, tuple[float, float]]:
     """Return the state after the control period ``h`` [s] and the voltages (front, rear) [V] held over it.
 
     Angles and ``references`` of pitch, elevation, travel [rad]; the pitch's is ignored while the travel loop is on.
     """
     angles = (pitch, elevation, travel)
-    voltages, pitch_reference, excesses = _outputs(state, angles, references, settings)
-    errors = (pitch - pitch_reference, elevation - references[1], travel - references[2])
-    integrals = [
-        integral if excess * error > 0.0 else integral + h * error
-        for integral, error, excess in zip(state[:3], errors, excesses, strict=True)
-    ]
-    decay = exp(-h / settings.rate_time_constant)
-    filtered = [angle + (xi - angle) * decay for angle, xi in zip(angles, state[3:], strict=True)]
-    return PidState(*integrals, *filtered), voltages
-
-
-def _outputs(state: PidState, angles: Three, references: Three, settings: PidSettings) -> tuple[Voltages, float, Three]:
-    """Return voltages [V], the pitch reference in use [rad], and each output's excess over its limit.
-
-    An excess has the sign of the errors that would make it grow, and is zero within the limits.
-    """
-    pitch, elevation, travel = angles
     rates = [(angle - xi) / settings.rate_time_constant for angle, xi in zip(angles, state[3:], strict=True)]
     pitch_reference, excess_travel = references[0], 0.0
     if settings.travel_enabled:
@@ -101,14 +83,22 @@ def _outputs(state: PidState, angles: Three, references: Three, settings: PidSet
         unlimited = _sum_pid_terms(settings.travel, travel - references[2], state.integral_travel, rates[2])
         pitch_reference = saturate(unlimited, settings.pitch_limit)
         excess_travel = unlimited - pitch_reference
-    difference = -_sum_pid_terms(settings.pitch, pitch - pitch_reference, state.integral_pitch, rates[0])
-    correction = _sum_pid_terms(settings.elevation, elevation - references[1], state.integral_elevation, rates[1])
+    errors = (pitch - pitch_reference, elevation - references[1], travel - references[2])
+    difference = -_sum_pid_terms(settings.pitch, errors[0], state.integral_pitch, rates[0])
+    correction = _sum_pid_terms(settings.elevation, errors[1], state.integral_elevation, rates[1])
     total = settings.trim - correction
     u_front, u_rear = 0.5 * (total + difference), 0.5 * (total - difference)
     v_front, v_rear = saturate(u_front, settings.voltage_limit), saturate(u_rear, settings.voltage_limit)
     change_front, change_rear = v_front - u_front, v_rear - u_rear
+    # an excess over a limit has the sign of the errors that would make it grow
     excesses = (change_front - change_rear, change_front + change_rear, excess_travel)
-    return (v_front, v_rear), pitch_reference, excesses
+    integrals = [
+        integral if excess * error > 0.0 else integral + h * error
+        for integral, error, excess in zip(state[:3], errors, excesses, strict=True)
+    ]
+    decay = exp(-h / settings.rate_time_constant)
+    filtered = [angle + (xi - angle) * decay for angle, xi in zip(angles, state[3:], strict=True)]
+    return PidState(*integrals, *filtered), (v_front, v_rear)
 
 
 def _sum_pid_terms(gains: AxisGains, error: float, integral: float, rate: float) -> float:

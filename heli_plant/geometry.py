@@ -1,7 +1,7 @@
 """Parameters of the model from masses, lengths and hover voltage of the rig, as the course's script computes them.
 
 The head carries two motors, each m_p with its share of the frame, l_p from the pitch's axis and l_h from the
-elevation's; the counterweight m_c hangs l_c behind it. About the horizontal arm
+elevation's; the counterweight m_c hangs at the distance l_c on the other side. About the horizontal arm
 
     J_p = 2 m_p l_p^2,    J_e = m_c l_c^2 + 2 m_p l_h^2,    J_lambda = m_c l_c^2 + 2 m_p (l_h^2 + l_p^2)
     K_f V_s l_h = g (2 m_p l_h - m_c l_c)                                 force per volt K_f from the hover V_s

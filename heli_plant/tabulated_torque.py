@@ -31,16 +31,16 @@ def tabulated_torque(x: float, first: float, spacing: float, y: Any) -> float:
         return y[0]
     ends = (2.0 * y[0] - y[1], *y, 2.0 * y[-1] - y[-2])
     # numba knows no strict
-    for k, (before, left, right, behind) in enumerate(zip(ends, ends[1:], ends[2:], ends[3:])):  # noqa: B905
+    for k, (before, left, right, after) in enumerate(zip(ends, ends[1:], ends[2:], ends[3:])):  # noqa: B905
         if s < k + 1.0:
-            return cubic(s - k, before, left, right, behind)
+            return cubic(s - k, before, left, right, after)
     return y[-1]
 
 
-def cubic(s: float, before: float, left: float, right: float, behind: float) -> float:
-    """Return the cubic at ``s``, 0 to 1 from ``left`` to ``right``; ``before`` and ``behind`` give its slopes there."""
-    curved = 3.0 * (left - right) + behind - before
-    return left + 0.5 * s * (right - before + s * (2.0 * before - 5.0 * left + 4.0 * right - behind + s * curved))
+def cubic(s: float, before: float, left: float, right: float, after: float) -> float:
+    """Return the cubic at ``s``, 0 to 1 from ``left`` to ``right``; ``before`` and ``after`` give its slopes there."""
+    curved = 3.0 * (left - right) + after - before
+    return left + 0.5 * s * (right - before + s * (2.0 * before - 5.0 * left + 4.0 * right - after + s * curved))
 
 
 def table_variable(

@@ -29,7 +29,7 @@ STRIDE = 1000  # steps between two restarts of the watchdogs
 LONGEST_SLEEP = 1.0  # the same in a run in real time that waits for its next step [s]
 SHARE = 0.95  # share of many runs inside a band
 _LOOP_TYPES = 2 * (c_void_p, c_size_t) + (c_void_p, c_void_p, c_size_t, c_void_p, c_int64, c_int64, c_double, c_void_p)
-MOST_NUMBERS = 5e7  # largest number of values kept of many runs (400 MB); of longer runs every n-th instant is kept
+MOST_NUMBERS = 5e7  # most values stored of many runs (400 MB); of longer runs only every n-th instant is stored
 
 
 def run(
@@ -66,7 +66,7 @@ def run(
         Build units in C in place of units in Python.
     variations : sequence of mapping
         Parameters of further runs, on top of ``parameters``. Their units have to be native; they are loaded once and
-        reset before every run. Of these runs bands are kept; one that a unit refuses is counted, and its reason kept.
+        reset before every run. The result has bands of these runs, and the reasons of refused ones.
     inputs : mapping, optional
         What inputs get that no output feeds (``plant.v_front``): the values of all steps.
 
@@ -143,7 +143,7 @@ class Wired:
     """The units of a scenario, by name, with their inputs and outputs in two arrays; ``step`` [s] is that of the run.
 
     ``names`` and ``physical_units`` are those of every output that is read, as ``unit.variable``: the outputs in
-    ``record`` (all by default) and those that feed an input. ``values`` holds the ``outputs`` and behind them the
+    ``record`` (all by default) and those that feed an input. ``values`` holds the ``outputs`` followed by the
     values of ``inputs`` in the present step, ``fed`` the values of all connected inputs, and ``sources`` the index in
     ``values`` of each input's source. WiringError: a name is no output of its unit; MasterError: a target is no input.
     """

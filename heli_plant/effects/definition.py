@@ -1,7 +1,7 @@
 """The declaration of an effect, and the vocabulary of the laws.
 
 A law is a function of plain floats with a docstring and one ``return``, under :func:`declared`. It has the name of its
-effect, with ``_<axis>`` behind it where each axis has a law of its own. Its arguments are ``c``, the names of the
+effect, followed by ``_<axis>`` if each axis has its own law. Its arguments are ``c``, the names of the
 effect's shapes, names of :data:`VOCABULARY` and fields of the plant's parameters (``a_e``, ``horizontal_offset``, ...).
 
 At the place ACCELERATION it returns what is added to the axis [rad/s^2], at BENDING to the bending mode. At VOLTAGE,
@@ -54,7 +54,7 @@ THRUST_MAP = "LAAS report 18040, thrust map"
 
 @dataclass(frozen=True)
 class Shape:
-    """A parameter of a law beside its coefficient."""
+    """A parameter of a law other than its coefficient."""
 
     name: str
     field: str  # of the plant's parameters

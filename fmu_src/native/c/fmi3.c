@@ -1,4 +1,4 @@
-/* The functions of FMI 3.0; the time is a variable behind the others. */
+/* The functions of FMI 3.0; the time is the last variable. */
 #include "fmi3Functions.h"
 #include "unit.h"
 

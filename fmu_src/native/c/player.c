@@ -43,9 +43,9 @@ static char *read_text(Space *space, const char *path)
     FILE *file = fopen(path, "rb");
     if (!file)
         refuse(space, "the log %s cannot be read: %s", path, strerror(errno));
-    const size_t got = fread(text, 1, size, file);
+    const size_t bytes_read = fread(text, 1, size, file);
     fclose(file);
-    if (got != size)
+    if (bytes_read != size)
         refuse(space, "the log %s cannot be read: %s", path, strerror(EIO));
     if (memchr(text, '\0', size))
         refuse(space, "the log %s holds a NUL byte: it is no text", path);
@@ -73,7 +73,7 @@ static char *end_line(char *at)
     return end;
 }
 
-/* Take the next cell of a line, in place and without the blanks around it; false behind the last one.
+/* Take the next cell of a line, in place and without the blanks around it; false after the last one.
  *
  * In quotes it may hold commas, and two quotes are one.
  */

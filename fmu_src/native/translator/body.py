@@ -133,37 +133,37 @@ class Body:
 
     # Conversions
 
-    def as_type(self, value: Any, wanted: c.CType) -> Expr:
-        """Return ``value`` as an expression of type ``wanted``, or raise NoType."""
+    def as_type(self, value: Any, target: c.CType) -> Expr:
+        """Return ``value`` as an expression of type ``target``, or raise NoType."""
         have = type_of(value)
-        if isinstance(value, Expr) and (have == wanted or wanted == c.UNKNOWN):
+        if isinstance(value, Expr) and (have == target or target == c.UNKNOWN):
             return value
-        self.program.define_type(wanted)
-        if isinstance(wanted, c.Maybe):
-            inner = "0" if have == c.NOTHING else f"true, {self.as_type(value, wanted.item).bare}"
-            return Expr(self, wanted, f"({wanted.name}){{{inner}}}")
+        self.program.define_type(target)
+        if isinstance(target, c.Maybe):
+            inner = "0" if have == c.NOTHING else f"true, {self.as_type(value, target.item).bare}"
+            return Expr(self, target, f"({target.name}){{{inner}}}")
         if isinstance(have, c.Maybe):
-            return self.as_type(unwrap(value), wanted)
-        if wanted == c.DUAL:
+            return self.as_type(unwrap(value), target)
+        if target == c.DUAL:
             parts = (value.value, value.slope) if isinstance(value, Dual) else (value, 0.0)
             return Expr(self, c.DUAL, f"(Dual){{{', '.join(self.as_type(part, c.FLOAT).bare for part in parts)}}}")
-        if have in (c.BOOL, c.INT, c.FLOAT, c.TEXT) and not isinstance(value, Expr) and have in (wanted, c.BOOL, c.INT):
-            return Expr(self, wanted, literal(float(value) if wanted == c.FLOAT else value))
-        if wanted in (c.INT, c.FLOAT) and have in (c.BOOL, c.INT):
-            return Expr(self, wanted, value.as_float or f"({wanted.name}){value.code}")
+        if have in (c.BOOL, c.INT, c.FLOAT, c.TEXT) and not isinstance(value, Expr) and have in (target, c.BOOL, c.INT):
+            return Expr(self, target, literal(float(value) if target == c.FLOAT else value))
+        if target in (c.INT, c.FLOAT) and have in (c.BOOL, c.INT):
+            return Expr(self, target, value.as_float or f"({target.name}){value.code}")
         items = known_items(value)
-        if items is not None and isinstance(wanted, c.Row) and len(items) == len(wanted.items):
-            inner = ", ".join(self.as_type(item, kind).bare for item, kind in zip(items, wanted.items, strict=True))
-            return Expr(self, wanted, f"({wanted.name}){{{inner}}}")
-        if isinstance(wanted, c.Listing) and (items == [] or have == c.Listing(c.UNKNOWN)):
-            return Expr(self, wanted, f"({wanted.name}){{0}}")
-        if isinstance(wanted, c.Listing) and isinstance(have, c.Listing | c.Row):
-            copy = self.new_list(wanted, str(len(items or ())))
+        if items is not None and isinstance(target, c.Row) and len(items) == len(target.items):
+            inner = ", ".join(self.as_type(item, kind).bare for item, kind in zip(items, target.items, strict=True))
+            return Expr(self, target, f"({target.name}){{{inner}}}")
+        if isinstance(target, c.Listing) and (items == [] or have == c.Listing(c.UNKNOWN)):
+            return Expr(self, target, f"({target.name}){{0}}")
+        if isinstance(target, c.Listing) and isinstance(have, c.Listing | c.Row):
+            copy = self.new_list(target, str(len(items or ())))
             self.for_each(value, lambda item: self.append_item(copy, item))
             return copy
-        if items is not None and have == wanted and isinstance(wanted, c.Struct):
-            return self.make_struct(wanted.kind, *items)
-        raise c.NoType(f"{have.name} is given where {wanted.name} is needed")
+        if items is not None and have == target and isinstance(target, c.Struct):
+            return self.make_struct(target.kind, *items)
+        raise c.NoType(f"{have.name} is given where {target.name} is needed")
 
     def unpack(self, value: Any, count: int) -> tuple[Any, ...]:
         """Return ``count`` elements of a tuple or list."""
