@@ -25,7 +25,7 @@ VENDORED = ("fmu_src", "heli_plant", "heli_identifier", "pythonfmu")  # all othe
 OLDEST_PYTHON = (3, 9)  # the oldest Python of a host
 
 _NAMESPACE = UUID("5b6c0a52-5f0e-4f2e-9a55-6a4f5f0f9f21")
-_POSTPONED = "from __future__ import annotations\n"
+_POSTPONED = "from __future__ import annotations\n"  # the oldest Python cannot evaluate all annotations
 _STRICT = re.compile(r",\s*strict=(?:True|False)(?=\s*,?\s*\))")
 
 
@@ -99,10 +99,7 @@ def python_unit(unit: type, start_values: Mapping[str, Value]) -> dict[str, byte
 
 
 def _rewrite(text: str, tag: str) -> str:
-    """Rename vendored packages in ``from package import``, and adapt the text to the oldest Python.
-
-    It cannot evaluate all annotations, which are therefore postponed, and its zip has no ``strict``.
-    """
+    """Rename vendored packages in ``from package import``; remove ``strict`` of zip, which the oldest Python lacks."""
     packages = "|".join(VENDORED)
     if plain_import := re.search(rf"^\s*(import ({packages})\b.*)", text, re.MULTILINE):
         raise BuildError(f"{plain_import[1]!r}: a vendored package must be imported as 'from package import module'")

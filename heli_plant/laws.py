@@ -22,16 +22,13 @@ from typing import Any
 
 from .effects import ACCELERATION, AXES, BENDING, CATALOGUE, DELAY, LAG, STEP_TIMES, THRUST, VOLTAGE, Effect, effects_at
 from .motor import saturate
-from .tabulated_torque import KNOTS, VARIABLES, table_variable, tabulated_torque
+from .tabulated_torque import KNOTS, table_variable, tabulated_torque
 
 _MOTION = (
     "time", "pitch", "elevation", "travel", "pitch_rate", "elevation_rate", "travel_rate", "mu_sum", "mu_diff",
     "travel_rest",
 )  # fmt: skip
-"""Arguments of the sums on the axes, from the laws' vocabulary (:mod:`heli_plant.effects.definition`)."""
-
-# arguments of :func:`heli_plant.tabulated_torque.table_variable` after number and first value
-_TABLE_ARGUMENTS = ("time", *(name for name in VARIABLES if name != "time"))
+"""Arguments of the sums on the axes, from the laws' vocabulary; tables use all but the last."""
 
 _CALLED: dict[str, Any] = {
     "inf": inf, "saturate": saturate, "table_variable": table_variable, "tabulated_torque": tabulated_torque,
@@ -87,7 +84,7 @@ def _has_table(axis: str) -> str:
 def _table_call(axis: str) -> str:
     """Return the call of an axis's tabulated torque."""
     first = f"p.table_first_{axis}"
-    x = f"table_variable(p.table_variable_{axis}, {first}, {', '.join(_TABLE_ARGUMENTS)})"
+    x = f"table_variable(p.table_variable_{axis}, {first}, {', '.join(_MOTION[:-1])})"
     y = ", ".join(f"p.table_torque_{k}_{axis}" for k in range(1, KNOTS + 1))
     return f"tabulated_torque({x}, {first}, p.table_spacing_{axis}, ({y}))"
 

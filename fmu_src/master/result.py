@@ -18,13 +18,10 @@ from ..errors import WiringError
 class Bands(NamedTuple):
     """The bands that contain 95 % of the varied runs at every recorded instant."""
 
-    low: NDArray[np.float64]
+    low: NDArray[np.float64]  # lower ends of the band of each output, shape (N, M)
     high: NDArray[np.float64]
-    """low, high: Ends of the band of each output, shape (N, M)."""
-    runs: int
-    """Varied runs that came to their end."""
-    refused: tuple[str, ...]
-    """One sentence per run that a unit refused."""
+    runs: int  # varied runs that were completed
+    refused: tuple[str, ...]  # one sentence per run that a unit refused
 
 
 @dataclass(frozen=True, eq=False)

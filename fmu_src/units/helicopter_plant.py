@@ -45,17 +45,16 @@ _SETTINGS = (
         for axis, count in _COUNTS._asdict().items()
     ),
 )  # fmt: skip
-PHYSICS = tuple(
+_PHYSICAL_PARAMETERS = tuple(
     parameter(row.name, row.default, row.description, row.unit, row.minimum, row.maximum, True, row.field)
     for row in PARAMETERS
 )
-"""The physical parameters, tunable."""
 
 
 class HelicopterPlant(SlaveBase):
     """The plant: ceil(H/h) equal Runge-Kutta steps over a communication step H, voltages held."""
 
-    variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS_AND_OUTPUTS, *_SETTINGS, *PHYSICS)
+    variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS_AND_OUTPUTS, *_SETTINGS, *_PHYSICAL_PARAMETERS)
     hidden = {"memory": PlantMemory}
     summary = "Bench helicopter (pitch, elevation, travel) driven by two motor voltages"
     _physical = slice(len(_INPUTS_AND_OUTPUTS) + len(_SETTINGS), None)  # values that the parameters depend on

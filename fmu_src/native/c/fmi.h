@@ -84,15 +84,10 @@ Answer FMI(SerializedFMUstateSize)(Instance unit, FMI(FMUstate) state, size_t *s
 }
 
 /* There are no state events, and the unit finds events in time itself. */
-Answer FMI(EnterEventMode)(Instance unit)
-{
-    return (Answer)OK;
-}
-
-Answer FMI(EnterContinuousTimeMode)(Instance unit)
-{
-    return (Answer)OK;
-}
+#define ACCEPT(call) \
+    Answer FMI(call)(Instance unit) { return (Answer)OK; }
+ACCEPT(EnterEventMode)
+ACCEPT(EnterContinuousTimeMode)
 
 Answer FMI(CompletedIntegratorStep)(
     Instance unit, FMI(Boolean) no_earlier_state, FMI(Boolean) *event, FMI(Boolean) *terminate)
