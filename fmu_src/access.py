@@ -66,7 +66,7 @@ def freeze_state(state: Any) -> Any:
 
 
 def thaw_state(saved: Any, kind: Any) -> Any:
-    """Return the state of type ``kind`` from its lists; a kind is a scalar, NamedTuple, tuple, list, or one or None."""
+    """Return the state of type ``kind``, which may include None, from its lists."""
     if saved is None or (kind in (float, int, bool, str) and not isinstance(saved, (tuple, list))):
         return saved
     if get_origin(kind) is Union:  # with None

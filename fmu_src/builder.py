@@ -1,7 +1,7 @@
 """Build a unit into an FMU: ``build("HelicopterPlant", "build")``.
 
-The zip holds the unit's sources under hashed names (:mod:`fmu_src.vendoring`) and pythonfmu's binaries, or a unit in C
-(:mod:`fmu_src.native`), the model description with a GUID that depends on the content, the documentation and an icon.
+The zip contains the unit's sources under hashed names (:mod:`fmu_src.vendoring`) and pythonfmu's binaries, or a unit in
+C (:mod:`fmu_src.native`), the model description with a GUID that depends on the content, the documentation and an icon.
 Two builds of the same sources and parameters are the same bytes.
 """
 
@@ -112,16 +112,16 @@ def build(
         Start values of the unit's parameters by structured name, in the units of the model description; a corrected
         plant is delivered in this way.
     remark : str
-        Sentence that stands behind the unit's summary in the model description.
+        Sentence that follows the unit's summary in the model description.
     native : bool
-        In C, if it is one of :data:`fmu_src.native.NATIVE_UNITS`; without any compiler it holds sources only. What
-        follows is for native units.
+        Build the unit in C, if it is one of :data:`fmu_src.native.NATIVE_UNITS`; without a compiler the FMU contains
+        sources only. The following arguments are for native units.
     fmi : int
         2 or 3.
     all_platforms : bool
-        Compile for macOS and, in FMI 3.0, for ARM as well; ziglang does.
+        Also compile for macOS and, in FMI 3.0, for ARM; this needs ziglang.
     model_exchange : bool
-        The unit has Model Exchange beside co-simulation, with its states and their derivatives as further variables.
+        Add Model Exchange to co-simulation, with the states and their derivatives as further variables.
 
     Returns
     -------
@@ -131,8 +131,8 @@ def build(
     Raises
     ------
     BuildError
-        An unknown unit or parameter, a value out of range, a source that an FMU must not hold, a unit without a native
-        twin or without model exchange, or a compiler that fails.
+        An unknown unit or parameter, a value out of range, a source that an FMU must not contain, a unit that does not
+        exist in C or has no model exchange, or a compiler that fails.
     """
     kind = unit_class(unit)
     start_values = check_start_values(kind, parameters or {})

@@ -47,7 +47,7 @@ _WHOLE_UNIT = -1  # key of a refusal that belongs to no single variable
 
 
 def check_due(late: float, period: float, time: float) -> None:
-    """Refuse a step with more due samples of ``period`` [s] than are allowed; the first is ``late`` by so many [s]."""
+    """Refuse a step with more due samples of ``period`` [s] than are allowed; the first is ``late`` [s] late."""
     if late > MOST_SUBSTEPS * period:
         raise Refusal(
             f"{late / period:.3g} samples of sample.time = {period:g} s are due at t = {time:g} s; at most "

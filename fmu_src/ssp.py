@@ -51,7 +51,7 @@ def write_ssp(
     duration : float
         Stop time of the default experiment [s].
     native : bool
-        Build units in C in place of units in Python.
+        Build units in C instead of Python.
 
     Raises
     ------

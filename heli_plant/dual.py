@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 
 class Dual:
-    """``value + slope e``; compared by value, but for equality."""
+    """``value + slope e``; only equality also compares the slopes."""
 
     __slots__ = ("slope", "value")
 

@@ -1,7 +1,7 @@
 """The plant's parameters: a table that describes each of them, and a set of their values.
 
-The fields carry the paper's symbols (Table 2) so that the equations read as printed; the structured names
-(``pitch.damping``) are what parameter sets, FMU variables and command lines use.
+The fields have the paper's symbols (Table 2), so that the equations look as printed. Parameter sets, FMU variables and
+command lines use the structured names (``pitch.damping``).
 """
 
 from collections import namedtuple
@@ -110,7 +110,7 @@ PARAMETERS = tuple(Parameter(*row) for row in (*_BASE, *_effect_rows(), *_GENERA
 BY_NAME: dict[str, Parameter] = {row.name: row for row in PARAMETERS}
 BY_FIELD: dict[str, Parameter] = {row.field: row for row in PARAMETERS}
 
-_named: Any = namedtuple  # the fields are no literals, which is all that a type checker knows
+_named: Any = namedtuple  # a type checker only knows fields that are literals
 _Values: Any = _named("_Values", BY_FIELD, defaults=[row.default for row in PARAMETERS])
 
 

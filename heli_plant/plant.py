@@ -6,15 +6,15 @@ voltages at the step's start, middle and end are known before the mechanical sta
 
 The ADO (active disturbance) is a mass that a lead screw moves along the arm. At the position x [m] from its middle the
 mass shifts a_1 by ado_offset x and a_e by ado_stiffness x. It follows its command at the lead screw's speed, between
-the ends of its travel; over one integration step it counts as standing where it arrives.
+the ends of its travel; during an integration step it is at the position that it reaches at the end.
 
 **Differential equation** x' = f(t, x, u), for model exchange and linear models:
 
     x = (theta, epsilon, lambda, theta', epsilon', lambda', nu_f, nu_r, q, q')      :data:`STATES`
     u = (v_f, v_r, x_m)                                                            voltages [V], the ADO's mass [m]
 
-with eq. (9) as nu_i' = (u_i - nu_i) / T_m behind saturation. It has no input delay, no encoders and no lead screw: the
-ADO's mass stands where x_m says, within its travel.
+with eq. (9) as nu_i' = (u_i - nu_i) / T_m after saturation. It has no input delay, no encoders and no lead screw: the
+ADO's mass is at x_m, within its travel.
 """
 
 from typing import Any
@@ -46,7 +46,7 @@ def mass_after(position: float, command: float, h: float, p: PlantParameters) ->
 
 
 def stop_acceleration(pitch: float, rate: float, limit: float) -> float:
-    """Pitch acceleration [rad/s^2] by mechanical stops at plus and minus ``limit`` [rad].
+    """Return the pitch acceleration [rad/s^2] by mechanical stops at plus and minus ``limit`` [rad].
 
     Beyond the limit a critically damped spring pushes back, and never pulls. A pitch that arrives at a rate w [rad/s]
     goes beyond the limit by w / (e STOP_RATE) and does not bounce.

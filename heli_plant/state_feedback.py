@@ -74,7 +74,7 @@ def repeat_row(row: _Row) -> Eight[_Row]:
 
 
 class FeedbackSettings(NamedTuple):
-    """The controller of this module's head, its matrices row by row; by default it holds both rotors at ``hover``."""
+    """Settings of the controller above, with matrices row by row; by default it holds both rotors at ``hover``."""
 
     transition: Eight[Motion] = repeat_row(Motion())  # F
     drive: Eight[Rotors] = repeat_row(Rotors())  # G
@@ -198,7 +198,7 @@ def _delayed_voltages(state: FeedbackState, periods: int) -> Rotors:
 
 
 def _other_deviation(of_pitch: float, of_travel: float, s: FeedbackSettings) -> float:
-    """Return the deviation of the controlled angle beside the elevation [rad]."""
+    """Return the deviation of the second controlled angle, travel or pitch [rad]."""
     return of_travel - s.point.travel if s.travel_enabled else of_pitch - s.point.pitch
 
 

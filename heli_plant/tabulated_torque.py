@@ -30,7 +30,7 @@ def tabulated_torque(x: float, first: float, spacing: float, y: Any) -> float:
     if s <= 0.0:
         return y[0]
     ends = (2.0 * y[0] - y[1], *y, 2.0 * y[-1] - y[-2])
-    # numba knows no strict
+    # numba has no strict
     for k, (before, left, right, after) in enumerate(zip(ends, ends[1:], ends[2:], ends[3:])):  # noqa: B905
         if s < k + 1.0:
             return cubic(s - k, before, left, right, after)

@@ -55,7 +55,7 @@ def run(
     step : float
         Communication step H [s].
     parameters : mapping, optional
-        By unit and parameter (``plant.effects.dry_friction.pitch``); they prevail over those of the scenario.
+        By unit and parameter (``plant.effects.dry_friction.pitch``); they replace those of the scenario.
     fmus : mapping, optional
         FMU file by unit name (``plant``); the other units are built from this project.
     progress : bool
@@ -68,7 +68,7 @@ def run(
         Parameters of further runs, on top of ``parameters``. Their units have to be native; they are loaded once and
         reset before every run. The result has bands of these runs, and the reasons of refused ones.
     inputs : mapping, optional
-        What inputs get that no output feeds (``plant.v_front``): the values of all steps.
+        Values of unconnected inputs (``plant.v_front``) in all steps.
 
     Returns
     -------

@@ -1,14 +1,14 @@
 """The declaration of an effect, and the vocabulary of the laws.
 
 A law is a function of plain floats with a docstring and one ``return``, under :func:`declared`. It has the name of its
-effect, followed by ``_<axis>`` if each axis has its own law. Its arguments are ``c``, the names of the
-effect's shapes, names of :data:`VOCABULARY` and fields of the plant's parameters (``a_e``, ``horizontal_offset``, ...).
+effect, followed by ``_<axis>`` if each axis has its own law. Its arguments are ``c``, the names of the effect's shapes,
+names of :data:`VOCABULARY` and fields of the plant's parameters (``a_e``, ``horizontal_offset``, ...).
 
 At the place ACCELERATION it returns what is added to the axis [rad/s^2], at BENDING to the bending mode. At VOLTAGE,
-THRUST, LAG, DELAY it returns what takes the place of its argument ``voltage``, ``nu``, ``time_constant``, ``delay``.
+THRUST, LAG, DELAY it returns the new value of its argument ``voltage``, ``nu``, ``time_constant``, ``delay``.
 
 A published law writes the symbols of the vocabulary and of the shapes, a product without a sign between the factors,
-``condition: law, else law`` where it has two branches, and ``x -> law`` where it takes the place of x.
+``condition: law, else law`` if it has two branches, and ``x -> law`` if it replaces x.
 """
 
 from collections.abc import Callable

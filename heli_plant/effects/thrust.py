@@ -1,4 +1,4 @@
-"""What thrust and spin of the rotors do to the axes beyond lift and pitching moment."""
+"""Effects of the rotors' thrust and spin on the axes other than lift and pitching moment."""
 
 from functools import partial
 from math import cos, sin

@@ -1,8 +1,8 @@
 """Expressions: a Python value if it is known, an expression in C if it is not.
 
 The syntax tree is evaluated in Python's order. Python itself applies operators, fields and calls, to known values and
-to :class:`.values.Expr`. Comprehensions are loops of :class:`.body.Body`. ``and``, ``not``, ``is``, ``in`` and ``a if b
-else c``, which Python classes cannot redefine, are in :mod:`.values`.
+to :class:`.values.Expr`. Comprehensions are loops of :class:`.body.Body`. Classes cannot redefine ``and``, ``not``,
+``is``, ``in`` and ``a if b else c``, so these are in :mod:`.values`.
 """
 
 from __future__ import annotations
