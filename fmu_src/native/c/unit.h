@@ -87,10 +87,10 @@ struct Unit {
     bool initialised; /* the model has been initialised with the present values */
     char failure[MESSAGE_SIZE]; /* why the initialisation failed; the unit can then only be reset */
     Model *model;
-    Space space;   /* of the model's memory between steps */
-    Space spare;   /* target of that memory when it is compacted */
+    Space space;     /* of the model's memory between steps */
+    Space spare;     /* target of that memory when it is compacted */
     Space permanent; /* of values that the model computes once, from its parameters */
-    size_t live;   /* bytes of the memory after it was last compacted */
+    size_t live;     /* bytes of the memory after it was last compacted */
     void *before_step; /* the state before a long step in which the space is compacted */
     Refusal refusal;
     bool exchange; /* instantiated for model exchange */
