@@ -74,11 +74,12 @@ _GENERAL: tuple[_Row, ...] = (
 def _effect_rows() -> tuple[_Row, ...]:
     """Return those of the catalogue: ``effects.<name>.<axis>`` and ``effects.<name>.<shape>[.<axis>]``, all off."""
     rows: dict[str, _Row] = {}
-    for e in CATALOGUE:
-        rows[e.field] = (e.field, f"effects.{e.name}.{e.axis}", "c", e.unit, 0.0, e.lower, e.upper, e.law)
-        for s in e.shapes:
-            per_axis = s.field.endswith(f"_{e.axis}")
-            name = f"effects.{e.name}.{s.name}" + (f".{e.axis}" if per_axis else "")
+    for effect in CATALOGUE:
+        name = f"effects.{effect.name}.{effect.axis}"
+        rows[effect.field] = (effect.field, name, "c", effect.unit, 0.0, effect.lower, effect.upper, effect.law)
+        for s in effect.shapes:
+            is_per_axis = s.field.endswith(f"_{effect.axis}")
+            name = f"effects.{effect.name}.{s.name}" + (f".{effect.axis}" if is_per_axis else "")
             rows[s.field] = (s.field, name, s.symbol, s.unit, s.default, s.lower, s.upper, s.description)
     return tuple(rows.values())
 

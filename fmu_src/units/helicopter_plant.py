@@ -58,6 +58,7 @@ class HelicopterPlant(SlaveBase):
     hidden = {"memory": PlantMemory}
     summary = "Bench helicopter (pitch, elevation, travel) driven by two motor voltages"
     _physical = slice(len(_INPUTS_AND_OUTPUTS) + len(_SETTINGS), None)  # values that the parameters depend on
+    _corrections = slice(0, 0)  # values of the corrections; here there are none
     _used_values: list[float] | None = None
 
     def initialise(self, time: float) -> None:
@@ -77,12 +78,11 @@ class HelicopterPlant(SlaveBase):
         """Read the parameters if their values have changed; they may be refused."""
         values = self.values[self._physical]
         if values != self._used_values:
-            self.parameters = in_slots(check_parameters(self._correct_parameters(self.settings(PlantParameters()))))
+            parameters, corrections = self.settings(PlantParameters()), self.values[self._corrections]
+            if any(corrections):
+                parameters = observer.with_correction(parameters, corrections)
+            self.parameters = in_slots(check_parameters(parameters))
             self.delay, self._used_values = input_delay(self.parameters), values
-
-    def _correct_parameters(self, parameters: PlantParameters) -> PlantParameters:
-        """Return the parameters; a subclass adds corrections."""
-        return parameters
 
     def advance(self, time: float, step_size: float) -> None:
         """Step the physics over [time, time + step_size] [s]."""
@@ -106,11 +106,8 @@ class HelicopterPlant(SlaveBase):
         raise Refusal(f"the plant leaves the finite range in the step from t = {time:g} s")
 
 
-_LARGEST_CORRECTION = 100.0  # in the unit of what it corrects; the parameter's own range holds for the sum
-
-_CORRECTIONS = for_each(
-    observer.CORRECTED, real_input, "correction.{0}", "{1}", _LARGEST_CORRECTION, 1.0, "what is added to {0}"
-)
+# their bound is wide: the sum has to lie in the range of the parameter
+_CORRECTIONS = for_each(observer.CORRECTED, real_input, "correction.{0}", "{1}", 100.0, 1.0, "what is added to {0}")
 _OBSERVER_INPUTS = (
     *for_each(
         AXES, real_input, "measured.{}", "rad", ANGLE_BOUND, 1.0, "{} of the rig that the observer keeps the plant on"
@@ -121,8 +118,6 @@ _OBSERVER_INPUTS = (
     ),
 )
 
-_CORRECTION_VALUES = slice(-len(_CORRECTIONS) - len(_OBSERVER_INPUTS), -len(_OBSERVER_INPUTS))
-
 
 class FollowingPlant(HelicopterPlant):
     """The plant with an observer that keeps its state on a rig, and corrections of its parameters."""
@@ -131,15 +126,12 @@ class FollowingPlant(HelicopterPlant):
     hidden = {"memory": PlantMemory, "torque": observer.Torque}
     summary = "HelicopterPlant that follows a rig: an observer keeps its state there, a Corrector its parameters"
     _physical = slice(HelicopterPlant._physical.start, -len(_OBSERVER_INPUTS))
+    _corrections = slice(-len(_CORRECTIONS) - len(_OBSERVER_INPUTS), -len(_OBSERVER_INPUTS))
 
     def initialise(self, time: float) -> None:
         """Start as HelicopterPlant does, without unmodelled torques."""
         super().initialise(time)
         self.torque = observer.Torque()
-
-    def _correct_parameters(self, parameters: PlantParameters) -> PlantParameters:
-        corrections = self.values[_CORRECTION_VALUES]
-        return observer.with_correction(parameters, corrections) if any(corrections) else parameters
 
     def advance(self, time: float, step_size: float) -> None:
         """Correct the state by the measured angles of ``time`` [s]; step the physics to ``time + step_size``."""
