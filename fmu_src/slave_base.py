@@ -87,7 +87,7 @@ class SlaveBase(Fmi2Slave):
         cls.references = {variable.name: reference for reference, variable in enumerate(cls.variables)}
         cls.of_type = {kind: frozenset(k for k, v in enumerate(cls.variables) if v.type == kind) for kind in TYPES}
         cls._first_output = next((k for k, v in enumerate(cls.variables) if v.causality == "output"), 0)
-        cls.real_inputs = {k: v.bounds for k, v in enumerate(cls.variables) if v.causality == "input"}
+        cls.real_inputs = {k: (v.minimum, v.maximum) for k, v in enumerate(cls.variables) if v.causality == "input"}
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)

@@ -36,19 +36,12 @@ class Variable(NamedTuple):
     type: str = "Real"
     unit: str | None = None
     start: Value | None = None
-    minimum: float | None = None
-    maximum: float | None = None
+    minimum: float = -LARGEST
+    maximum: float = LARGEST
     nominal: float | None = None
     variability: str = "continuous"
     initial_dependencies: tuple[str, ...] = ()
     field: str = ""
-
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """Smallest and largest value that the unit accepts."""
-        low = -LARGEST if self.minimum is None else self.minimum
-        high = LARGEST if self.maximum is None else self.maximum
-        return low, high
 
 
 def real_input(
@@ -70,8 +63,8 @@ def output(
 
 
 def parameter(
-    name: str, start: Value, description: str, unit: str | None = None, low: float | None = None,
-    high: float | None = None, tunable: bool = False, field: str = "",
+    name: str, start: Value, description: str, unit: str | None = None, low: float = -LARGEST, high: float = LARGEST,
+    tunable: bool = False, field: str = "",
 ) -> Variable:  # fmt: skip
     """Return a parameter of the type of ``start``: fixed after initialisation, or tunable."""
     kind = next(kind for kind, python in TYPES.items() if type(start) is python)
@@ -80,8 +73,8 @@ def parameter(
 
 
 def setting(
-    defaults: Any, name: str, field: str, description: str, unit: str | None = None, low: float | None = None,
-    high: float | None = None,
+    defaults: Any, name: str, field: str, description: str, unit: str | None = None, low: float = -LARGEST,
+    high: float = LARGEST,
 ) -> Variable:  # fmt: skip
     """Return a parameter that sets a field of ``defaults``, with the value there as its start value."""
     return parameter(name, field_of(defaults, field), description, unit, low, high, field=field)
@@ -124,7 +117,7 @@ def with_fields(defaults: Any, values: Mapping[str, Any]) -> Any:
 def problem_with(variable: Variable, value: object) -> str | None:
     """Return what is wrong with ``value`` for ``variable`` (name, value, bounds, unit), or None if it is good."""
     if variable.type in ("Real", "Integer"):
-        low, high = variable.bounds
+        low, high = variable.minimum, variable.maximum
         unit = f" {variable.unit}" if variable.unit not in (None, "1") else ""
         bounds, is_whole = f"in [{low:.6g}, {high:.6g}]{unit}", variable.type == "Integer"
         if not isinstance(value, (int, float)) or (is_whole and low <= value <= high and value != int(value)):

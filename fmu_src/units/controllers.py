@@ -40,13 +40,9 @@ class Controller(SlaveBase):
 
 _PID = control.PidSettings()
 _pid = partial(setting, _PID)
-_GAIN_UNITS = {"proportional": "V/rad", "integral": "V/(rad s)", "derivative": "V s/rad"}
-_TRAVEL_GAIN_UNITS = {"proportional": "1", "integral": "1/s", "derivative": "s"}
-_GAINS = [
-    (axis, gain, unit)
-    for axis in AXES
-    for gain, unit in (_TRAVEL_GAIN_UNITS if axis == "travel" else _GAIN_UNITS).items()
-]
+_VOLTAGE_GAINS = (("proportional", "V/rad"), ("integral", "V/(rad s)"), ("derivative", "V s/rad"))
+_TRAVEL_GAINS = (("proportional", "1"), ("integral", "1/s"), ("derivative", "s"))
+_GAINS = [(axis, *gain) for axis in AXES for gain in (_TRAVEL_GAINS if axis == "travel" else _VOLTAGE_GAINS)]
 
 
 class PidController(Controller):
