@@ -1,6 +1,6 @@
 """FMI 2.0 co-simulation units of the bench helicopter, their builder, wiring table, master and SSP files.
 
-The stub beside this file lists what others may use; each name is loaded when it is first used. :mod:`fmu_src.master`
+The stub next to this file lists the public names; each is loaded when it is first used. :mod:`fmu_src.master`
 runs the units, :mod:`fmu_src.ssp` writes SSP files.
 """
 

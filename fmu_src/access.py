@@ -1,7 +1,7 @@
 """Values of a unit by reference and its state, as the binary of pythonfmu reads and sets them.
 
-A state is nested NamedTuples, sets of parameters, tuples and lists of numbers and texts. It is kept as lists that
-``json.dumps`` writes and ``json.loads`` reads back bit for bit; the annotations are the schema by which it comes back.
+A state consists of nested NamedTuples, sets of parameters, tuples and lists of numbers and texts. It is saved as lists,
+which ``json.dumps`` writes and ``json.loads`` reads back bit for bit; annotations say how to restore the types.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 
 from .errors import Refusal
 
-_BLANKS = {"Real": float("nan"), "Integer": 0, "Boolean": False, "String": ""}  # of variables that do not exist
+_BLANKS = {"Real": float("nan"), "Integer": 0, "Boolean": False, "String": ""}  # values of variables that do not exist
 
 _hints = cache(get_type_hints)
 
 
 def getter(kind: str) -> Callable[[Any, list[int]], list[Any]]:
-    """Return the method that gives values by reference; of one that cannot be read a blank: the binary reads on."""
+    """Return the method that gets values by reference; a bad reference gives a blank, because the binary reads on."""
 
     def get(unit: Any, vrs: list[int]) -> list[Any]:
         values = unit.values
@@ -27,10 +27,11 @@ def getter(kind: str) -> Callable[[Any, list[int]], list[Any]]:
                 unit.prepare()
             if unit.of_type[kind].issuperset(vrs):
                 return [values[reference] for reference in vrs]
-            raise unknown_reference(kind, next(one for one in vrs if one not in unit.of_type[kind]))
+            raise unknown_reference(kind, next(reference for reference in vrs if reference not in unit.of_type[kind]))
         except BaseException as problem:
             unit.report(f"get{kind}", problem)
-            return [values[one] if one in unit.of_type[kind] else _BLANKS[kind] for one in vrs]
+            known = unit.of_type[kind]
+            return [values[reference] if reference in known else _BLANKS[kind] for reference in vrs]
 
     return get
 
@@ -38,19 +39,19 @@ def getter(kind: str) -> Callable[[Any, list[int]], list[Any]]:
 def setter(kind: str) -> Callable[[Any, list[int], list[Any]], None]:
     """Return the method that sets variables by reference; it logs and ignores values out of range."""
 
-    def put(unit: Any, vrs: list[int], values: list[Any]) -> None:
-        quick = unit.quick if kind == "Real" else {}
+    def set_values(unit: Any, vrs: list[int], values: list[Any]) -> None:
+        inputs = unit.stepping_inputs if kind == "Real" else {}
         for reference, value in zip(vrs, values, strict=True):
             try:
-                bounds = quick.get(reference)
-                if bounds and bounds[0] <= value <= bounds[1] and not unit.refused:  # in every step
+                bounds = inputs.get(reference)
+                if bounds and bounds[0] <= value <= bounds[1] and not unit.refused:  # the usual case, kept fast
                     unit.values[reference] = value
                 else:
-                    unit.set_one(kind, reference, value)
+                    unit.set_value(kind, reference, value)
             except BaseException as problem:
                 unit.report(f"set{kind}", problem)
 
-    return put
+    return set_values
 
 
 def unknown_reference(kind: str, reference: int) -> Refusal:
@@ -61,15 +62,15 @@ def unknown_reference(kind: str, reference: int) -> Refusal:
 def freeze_state(state: Any) -> Any:
     """Return a copy of a state as lists."""
     nested = isinstance(state, (tuple, list)) or hasattr(state, "_fields")
-    return [freeze_state(one) for one in state] if nested else state
+    return [freeze_state(item) for item in state] if nested else state
 
 
 def thaw_state(saved: Any, kind: Any) -> Any:
-    """Return the state of type ``kind``, a NamedTuple, tuple or list, or one of these or None, saved as lists."""
+    """Return the state of type ``kind``, which may include None, from its lists."""
     if saved is None or (kind in (float, int, bool, str) and not isinstance(saved, (tuple, list))):
         return saved
     if get_origin(kind) is Union:  # with None
-        return thaw_state(saved, next(one for one in get_args(kind) if one is not type(None)))
+        return thaw_state(saved, next(member for member in get_args(kind) if member is not type(None)))
     if hasattr(kind, "_fields"):
         hints = _hints(kind)
         return kind(*thaw_each(saved, [hints.get(name, float) for name in kind._fields]))
@@ -80,7 +81,7 @@ def thaw_state(saved: Any, kind: Any) -> Any:
 
 
 def thaw_each(saved: Sequence[Any], kinds: Sequence[Any]) -> list[Any]:
-    """Return the states of these types; Refusal if there are more or fewer, which zip of the oldest Python allows."""
+    """Return the states of these types; Refusal if the numbers differ, which zip of the oldest Python would allow."""
     if len(saved) != len(kinds):
         raise Refusal(f"the state has {len(saved)} values where {len(kinds)} belong")
-    return [thaw_state(one, kind) for one, kind in zip(saved, kinds, strict=True)]
+    return [thaw_state(item, kind) for item, kind in zip(saved, kinds, strict=True)]

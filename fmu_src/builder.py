@@ -1,7 +1,7 @@
 """Build a unit into an FMU: ``build("HelicopterPlant", "build")``.
 
-The zip holds the unit's sources under hashed names (:mod:`fmu_src.vendoring`) and pythonfmu's binaries, or a unit in C
-(:mod:`fmu_src.native`), the model description with a GUID that depends on the content, the documentation and an icon.
+The zip contains the unit's sources under hashed names (:mod:`fmu_src.vendoring`) and pythonfmu's binaries, or a unit in
+C (:mod:`fmu_src.native`), the model description with a GUID that depends on the content, the documentation and an icon.
 Two builds of the same sources and parameters are the same bytes.
 """
 
@@ -52,9 +52,9 @@ def parameters_of(unit: type[SlaveBase]) -> dict[str, Variable]:
 
 
 def check_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value], within: str = "") -> dict[str, Value]:
-    """Return ``parameters`` as start values of ``unit``, each of the variable's type; a number may come as its text.
+    """Return ``parameters`` as start values of ``unit``, converted to their types; a number may be given as text.
 
-    BuildError says which name, behind ``within``, is no parameter of the unit, or which value is out of range.
+    BuildError names, with the prefix ``within``, what is no parameter of the unit or out of range.
     """
     known = parameters_of(unit)
     values: dict[str, Value] = {}
@@ -78,7 +78,7 @@ def variables_of(unit: type[SlaveBase], start_values: Mapping[str, Value]) -> tu
 
 
 def number_or_text(value: Value) -> Value:
-    """Return a text as the number that it says, if it is one: 1_000 is 1000, as in heli.toml; true is 1, false 0."""
+    """Return the number that a text stands for, if any: 1_000 is 1000, as in heli.toml; true is 1, false is 0."""
     if not isinstance(value, str):
         return value
     if value.lower() in ("true", "false"):
@@ -112,16 +112,16 @@ def build(
         Start values of the unit's parameters by structured name, in the units of the model description; a corrected
         plant is delivered in this way.
     remark : str
-        Sentence that stands behind the unit's summary in the model description.
+        Sentence that follows the unit's summary in the model description.
     native : bool
-        In C, if it is one of :data:`fmu_src.native.NATIVE_UNITS`; without any compiler it holds sources only. What
-        follows is for native units.
+        Build the unit in C, if it is one of :data:`fmu_src.native.NATIVE_UNITS`; without a compiler the FMU contains
+        sources only. The following arguments are for native units.
     fmi : int
         2 or 3.
     all_platforms : bool
-        Compile for macOS and, in FMI 3.0, for ARM as well; ziglang does.
+        Also compile for macOS and, in FMI 3.0, for ARM; this needs ziglang.
     model_exchange : bool
-        The unit has Model Exchange beside co-simulation, with its states and their derivatives as further variables.
+        Add Model Exchange to co-simulation, with the states and their derivatives as further variables.
 
     Returns
     -------
@@ -131,20 +131,21 @@ def build(
     Raises
     ------
     BuildError
-        An unknown unit or parameter, a value out of range, a source that an FMU must not hold, a unit without a native
-        twin or without model exchange, or a compiler that fails.
+        An unknown unit or parameter, a value out of range, a source that an FMU must not contain, a unit that does not
+        exist in C or has no model exchange, or a compiler that fails.
     """
     kind = unit_class(unit)
     start_values = check_start_values(kind, parameters or {})
     variables = variables_of(kind, start_values)
     if native:
-        from .native.builder import native_unit  # the translator loads what units in Python need not
+        from .native.builder import native_unit  # units in Python do not need the translator
 
-        entries, said = native_unit(kind, variables, fmi, all_platforms, model_exchange)
+        entries, details = native_unit(kind, variables, fmi, all_platforms, model_exchange)
     else:
-        entries = python_unit(kind, start_values) | _from_pythonfmu(unit)
-        said = {"variables": variables, "token": content_guid(entries)}
-    return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries | describe(kind, remark=remark, **said)))
+        entries = python_unit(kind, start_values) | _pythonfmu_files(unit)
+        details = {"variables": variables, "token": content_guid(entries)}
+    entries |= describe(kind, remark=remark, **details)
+    return write_atomically(Path(directory) / f"{unit}.fmu", zip_bytes(entries))
 
 
 def build_all(directory: str | Path) -> dict[str, Path]:
@@ -152,7 +153,7 @@ def build_all(directory: str | Path) -> dict[str, Path]:
     return {name: build(name, directory) for name in UNITS}
 
 
-def _from_pythonfmu(identifier: str) -> dict[str, bytes]:
+def _pythonfmu_files(identifier: str) -> dict[str, bytes]:
     """Return pythonfmu's binaries under the model identifier's name, and its licence."""
     entries = {}
     for file in distribution("pythonfmu").files or ():
@@ -173,6 +174,6 @@ def zip_bytes(entries: Mapping[str, bytes]) -> bytes:
             info = zipfile.ZipInfo(name, EARLIEST)
             info.compress_type = zipfile.ZIP_DEFLATED
             info.external_attr = 0o644 << 16
-            info.create_system = 3  # the same on every system that builds
-            archive.writestr(info, entries[name])  # the highest level takes twice as long for a hundredth less
+            info.create_system = 3  # the same on every system
+            archive.writestr(info, entries[name])  # the highest compression saves 1 % and takes twice as long
     return buffer.getvalue()

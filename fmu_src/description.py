@@ -1,6 +1,6 @@
-"""What an FMU says of its unit: modelDescription.xml, from its list of variables, and a page; units of measure.
+"""The description of a unit in its FMU: modelDescription.xml, from the list of variables, and a page; units of measure.
 
-FMI 2.0 and 3.0 have the same names, references and start values; in FMI 3.0 the time is a variable behind them. In the
+FMI 2.0 and 3.0 have the same names, references and start values; FMI 3.0 adds the time as the last variable. In the
 name of a unit of measure ``/`` divides by everything up to the next ``/``, a dot or a blank multiplies, and ``^n`` is a
 power: ``rad/s^2/V``, ``1/(V s)``, ``N.m.s``.
 """
@@ -27,7 +27,7 @@ AUTHOR = "The heli-twin authors"
 LICENSE = "MIT"
 VERSION = "0.1.0"
 DATE = "2025-01-01T00:00:00Z"  # fixed, so that two builds of the same sources are the same bytes
-TOOL = f"heli-twin {VERSION}"  # what made a native unit
+TOOL = f"heli-twin {VERSION}"  # generation tool of native units
 
 BASES: dict[str, dict[str, int]] = {
     "1": {}, "m": {"m": 1}, "kg": {"kg": 1}, "s": {"s": 1}, "A": {"A": 1}, "rad": {"rad": 1}, "Hz": {"s": -1},
@@ -57,17 +57,17 @@ def describe(
 ) -> dict[str, bytes]:
     """Return model description, page and icon of a unit class in FMI 2.0 or 3.0, by their paths in the FMU.
 
-    ``token`` is the GUID of its content, ``tool`` what made it. The ``remark`` stands behind the unit's summary.
-    A unit in C has binaries for ``platforms``, and by the files ``sources`` an importer can compile it. The last
-    ``variables`` are the ``states`` of Model Exchange and behind them their derivatives.
+    ``token`` is the GUID of its content, ``tool`` the generation tool. The ``remark`` follows the unit's summary. A
+    unit in C has binaries for ``platforms``, and an importer can compile its files ``sources``. The last ``variables``
+    are the ``states`` of Model Exchange (their number), followed by their derivatives.
     """
-    first = 1 if fmi == 2 else 0  # FMI 2.0 counts variables from 1, FMI 3.0 has their references
-    place = {variable.name: k for k, variable in enumerate(variables, first)}
+    first = 1 if fmi == 2 else 0  # FMI 2.0 counts variables from 1, FMI 3.0 uses value references
+    numbers = {variable.name: k for k, variable in enumerate(variables, first)}
     description = render_xml(
         "modelDescription.xml", unit=unit, name=unit.__name__, token=token, fmi=fmi, tool=tool, sources=sources,
         remark=f". {remark}" if remark else "",
         saves=value_text(unit.saves_state, "Boolean"), variables=variables, states=states, types=_TYPES, first=first,
-        references=lambda names: [place[name] for name in names], display=DISPLAY,
+        references=lambda names: [numbers[name] for name in names], display=DISPLAY,
         units=base_units([variable.unit for variable in variables] + (["s"] if fmi == 3 else [])),
     )  # fmt: skip
     page = render(f"{unit.__name__}.html", unit=unit, variables=variables, platforms=platforms, states=states)
@@ -93,7 +93,7 @@ def base_exponents(name: str) -> dict[str, int]:
 
 
 def base_units(names: Iterable[str | None]) -> dict[str, dict[str, int]]:
-    """Return the exponents of the base units in each of the units that are named, sorted by their names."""
+    """Return the exponents of the base units in each named unit, sorted by name."""
     return {name: base_exponents(name) for name in sorted({name for name in names if name})}
 
 
@@ -108,13 +108,13 @@ def value_text(value: Value, kind: str) -> str:
 
 @cache
 def _templates() -> Environment:
-    made = Environment(
+    environment = Environment(
         loader=PackageLoader("fmu_src", "templates"), undefined=StrictUndefined, trim_blocks=True,
         autoescape=lambda template: not (template or "").endswith((".c.j2", ".h.j2", ".py.j2")),
     )  # fmt: skip
-    made.globals |= {"author": AUTHOR, "license": LICENSE, "version": VERSION, "date": DATE}
-    made.filters |= {"text": value_text, "bound": _bound}
-    return made
+    environment.globals |= {"author": AUTHOR, "license": LICENSE, "version": VERSION, "date": DATE}
+    environment.filters |= {"text": value_text, "bound": _bound}
+    return environment
 
 
 def _bound(value: float | None, kind: str) -> str | None:
@@ -122,14 +122,14 @@ def _bound(value: float | None, kind: str) -> str | None:
     return value_text(value, kind) if value is not None and abs(value) < LARGEST else None
 
 
-def render(template: str, **given: Any) -> str:
-    """Return the text of a template with what it is given."""
-    return _templates().get_template(template).render(**given)
+def render(template: str, **context: Any) -> str:
+    """Return the text of a template."""
+    return _templates().get_template(template).render(**context)
 
 
-def render_xml(template: str, **given: Any) -> bytes:
-    """Return an XML file from a template, with an indentation of two blanks; blanks between elements do not count."""
-    root = fromstring(render(template, **given))
+def render_xml(template: str, **context: Any) -> bytes:
+    """Return an XML file from a template, indented by two blanks; blanks between its elements are dropped."""
+    root = fromstring(render(template, **context))
     for node in root.iter():
         node.text = node.tail = None
     indent(root)

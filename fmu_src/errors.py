@@ -10,11 +10,11 @@ class Refusal(FmuError):
 
 
 class BuildError(FmuError):
-    """A unit cannot be built: an unknown name, a value out of range, a source that an FMU must not hold."""
+    """A unit cannot be built: an unknown name, a value out of range, a source that an FMU must not contain."""
 
 
 class Untranslatable(BuildError):
-    """A function of the step path uses a form that has no translation to C: file, line, reason."""
+    """A function uses a form of Python that has no translation to C: file, line, reason."""
 
 
 class WiringError(FmuError):

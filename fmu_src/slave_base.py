@@ -1,20 +1,19 @@
 """The common base of all units: it keeps a pythonfmu unit from crashing its host and from wrong results.
 
-* No exception leaves a callback: pythonfmu makes fmi2Fatal of it, and after the second one the next call is a
+* No exception leaves a callback: pythonfmu returns fmi2Fatal for it, and after the second one the next call is a
   segmentation fault. Every exception is caught and logged with its text, and a step is refused with fmi2Discard.
-* NaN, infinities and values out of range are refused. ``fmi2SetReal`` of a pythonfmu unit cannot answer anything but
-  fmi2OK or fmi2Fatal; therefore a bad value is logged and ignored, and steps are refused until the variable has a
-  good value.
+* NaN, infinities and values out of range are refused. ``fmi2SetReal`` of a pythonfmu unit can only return fmi2OK or
+  fmi2Fatal; therefore a bad value is logged and ignored, and steps are refused until the variable has a good value.
 * Parameters are read when the initialisation ends. A fixed parameter that is set later is logged and ignored. Outputs
   are right from the start time on, also while the unit is initialising.
-* A step that does not begin where the one before ended is refused: the state would belong to another time. Units
-  whose outputs follow from the time alone take it.
-* Saving and restoring takes the whole state. pythonfmu alone saves the registered variables, so that a hidden
+* A step that does not begin at the end of the last one is refused, because the state belongs to that time. Units whose
+  outputs depend on the time alone accept it.
+* The complete state is saved and restored. pythonfmu itself saves only the registered variables, so that a hidden
   integrator would roll back wrong.
 
-A unit class gives its ``variables``, the methods ``initialise`` and ``advance``, and the types of its ``hidden`` state.
-Its ``values`` lie in one flat list; a value reference is the position in ``variables`` and in ``values``. Inputs are
-read by their places in it, because that is fast, parameters by name, and outputs stand one behind the other.
+A unit class defines its ``variables``, the methods ``initialise`` and ``advance``, and the types of its ``hidden``
+state. Its ``values`` are one flat list; a value reference is the position in ``variables`` and in ``values``. Inputs
+are read by position, because that is fast, parameters by name; the outputs are next to each other.
 """
 
 from __future__ import annotations
@@ -38,17 +37,17 @@ from .variables import TYPES, Value, Variable, problem_with, with_fields
 
 INSTANTIATED, INITIALISING, STEPPING, TERMINATED = "instantiated", "initialising", "stepping", "terminated"
 
-LONGEST_STEP = 1e9  # communication steps must be shorter [s]; this also keeps infinity out
-MOST_SUBSTEPS = 100_000  # within one communication step: some seconds; a mistaken step of days would take as long
-CLOCK_TOLERANCE = 1e-3  # between a step's begin and the end before, as a share of the step: rounding by hosts
-_OPEN: dict[str, set[str]] = {STEPPING: {"input", "tunable"}, TERMINATED: set()}
-"""Causality or variability of what may be set in a phase; inputs and parameters in the earlier ones."""
+LONGEST_STEP = 1e9  # communication steps must be shorter [s], which also excludes infinity
+MOST_SUBSTEPS = 100_000  # within one communication step: some seconds of computation
+CLOCK_TOLERANCE = 1e-3  # of a step's begin, as a share of the step: hosts round their times
+_SETTABLE: dict[str, set[str]] = {STEPPING: {"input", "tunable"}, TERMINATED: set()}
+"""Causality or variability of variables that may be set in a phase; before these, inputs and parameters."""
 
 _WHOLE_UNIT = -1  # key of a refusal that belongs to no single variable
 
 
 def check_due(late: float, period: float, time: float) -> None:
-    """Refuse a step for which more samples of ``period`` [s] are due than one may take; the first is ``late`` [s]."""
+    """Refuse a step with more due samples of ``period`` [s] than are allowed; the first is ``late`` [s] late."""
     if late > MOST_SUBSTEPS * period:
         raise Refusal(
             f"{late / period:.3g} samples of sample.time = {period:g} s are due at t = {time:g} s; at most "
@@ -57,7 +56,7 @@ def check_due(late: float, period: float, time: float) -> None:
 
 
 def check_length(step: float, longest: float, time: float) -> None:
-    """Refuse a ``step`` from ``time`` on that needs more inside than one may have; each is at most ``longest`` [s]."""
+    """Refuse a ``step`` from ``time`` that needs more integration steps of ``longest`` [s] than are allowed."""
     if step > MOST_SUBSTEPS * longest:
         raise Refusal(
             f"the step of {step:g} s from t = {time:g} s needs {step / longest:.3g} steps of solver.step = "
@@ -74,10 +73,9 @@ class SlaveBase(Fmi2Slave):
     of_type: ClassVar[dict[str, frozenset[int]]] = {}
     """Value references of the variables of each type."""
     _first_output: ClassVar[int] = 0
-    real_inputs: ClassVar[dict[int, tuple[float, float]]] = {}
-    """Bounds of the inputs by reference; all of them are Real."""
+    real_inputs: ClassVar[dict[int, tuple[float, float]]] = {}  # bounds by reference; all inputs are Real
     hidden: ClassVar[Mapping[str, Any]] = {}
-    """Type of each attribute, or None in its place, that a step sets and a later one reads (:mod:`fmu_src.access`)."""
+    """Type of each attribute that a step sets and a later one reads; it may also be None (:mod:`fmu_src.access`)."""
     summary: ClassVar[str] = ""
     has_past: ClassVar[bool] = True
     """Whether outputs depend on earlier steps; if not, a step may begin at any time."""
@@ -89,7 +87,7 @@ class SlaveBase(Fmi2Slave):
         cls.references = {variable.name: reference for reference, variable in enumerate(cls.variables)}
         cls.of_type = {kind: frozenset(k for k, v in enumerate(cls.variables) if v.type == kind) for kind in TYPES}
         cls._first_output = next((k for k, v in enumerate(cls.variables) if v.causality == "output"), 0)
-        cls.real_inputs = {k: v.bounds for k, v in enumerate(cls.variables) if v.causality == "input"}
+        cls.real_inputs = {k: (v.minimum, v.maximum) for k, v in enumerate(cls.variables) if v.causality == "input"}
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -99,44 +97,44 @@ class SlaveBase(Fmi2Slave):
         for variable in self.variables:
             start, kind = self.start_values.get(variable.name, variable.start), TYPES[variable.type]
             self.values.append(kind() if start is None else kind(start))
-        self.refused: dict[int, str] = {}  # the reason by reference, until the variable has a good value
+        self.refused: dict[int, str] = {}  # reason by reference, until the variable has a good value
         self._initialised_with: list[Any] | None = None
-        self._enter(INSTANTIATED)
+        self._enter_phase(INSTANTIATED)
         while self.resources and sys.path.count(self.resources) > 1:  # the binary adds one with every instance
             sys.path.reverse()
             sys.path.remove(self.resources)  # the last one
             sys.path.reverse()
 
-    # What a unit class gives
+    # A unit class overrides these
 
     def initialise(self, time: float) -> None:
-        """Read the parameters, set the state and all outputs at the start ``time`` [s]; may be called repeatedly."""
+        """Read the parameters, set the state and all outputs at the start ``time`` [s]; may be called several times."""
 
     def advance(self, time: float, step: float) -> None:
-        """Go from ``time`` to ``time + step`` [s] and set all outputs; raise Refusal and leave all as it was."""
+        """Go from ``time`` to ``time + step`` [s] and set all outputs, or raise Refusal and change nothing."""
 
-    # What it may use
+    # It may use these
 
     def value(self, name: str) -> Any:
         """Return the value of a variable."""
         return self.values[self.references[name]]
 
     def settings(self, defaults: Any, **more: Any) -> Any:
-        """Return the settings ``defaults`` with the parameters that have a field there, and with ``more`` fields."""
-        given = {v.field: value for v, value in zip(self.variables, self.values, strict=True) if v.field}
-        return with_fields(defaults, {**given, **more})
+        """Return the settings ``defaults`` with the parameters that set a field of them, and with ``more`` fields."""
+        fields = {v.field: value for v, value in zip(self.variables, self.values, strict=True) if v.field}
+        return with_fields(defaults, {**fields, **more})
 
     def show(self, outputs: Iterable[float]) -> None:
-        """Set the outputs, the first ones if there are more of them."""
-        shown = tuple(outputs)
-        self.values[self._first_output : self._first_output + len(shown)] = shown
+        """Set the outputs, or only the first ones."""
+        values = tuple(outputs)
+        self.values[self._first_output : self._first_output + len(values)] = values
 
     # From instantiation to the first step, and the end
 
     def setup_experiment(
         self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
     ) -> None:
-        """Keep the start time [s]; once the initialisation has begun it stays what it is."""
+        """Store the start time [s]; it is fixed once the initialisation has begun."""
         if self.phase == INSTANTIATED and isfinite(start_time):
             self.start_time = start_time
             return
@@ -145,39 +143,39 @@ class SlaveBase(Fmi2Slave):
 
     def enter_initialization_mode(self) -> None:
         """Start the initialisation; outputs may be read from now on."""
-        if self._is_in(INSTANTIATED, "enterInitializationMode"):
-            self._enter(INITIALISING)
+        if self._require_phase(INSTANTIATED, "enterInitializationMode"):
+            self._enter_phase(INITIALISING)
 
     def exit_initialization_mode(self) -> None:
         """Fix the parameters and compute the outputs at the start time."""
-        if not self._is_in(INITIALISING, "exitInitializationMode"):
+        if not self._require_phase(INITIALISING, "exitInitializationMode"):
             return
         try:
             self.prepare()
         except BaseException as problem:
             self.report("exitInitializationMode", problem)
             self.refused[_WHOLE_UNIT] = f"{problem} (the initialisation failed; reset the unit)"
-        self._enter(STEPPING)
+        self._enter_phase(STEPPING)
 
     def terminate(self) -> None:
         """Refuse all further steps."""
-        self._enter(TERMINATED)
+        self._enter_phase(TERMINATED)
 
-    def _is_in(self, phase: str, call: str) -> bool:
-        """Whether the unit is in the phase that a call needs; log the call as ignored if it is not."""
+    def _require_phase(self, phase: str, call: str) -> bool:
+        """Return whether the unit is in the phase that a call needs; if not, log the call as ignored."""
         if self.phase != phase:
             self.report(call, Refusal(f"it is not allowed while the unit is {self.phase}, and was ignored"))
         return self.phase == phase
 
-    def _enter(self, phase: str) -> None:
-        """Enter a phase; who reads outputs of a failed start is told why."""
+    def _enter_phase(self, phase: str) -> None:
+        """Enter a phase; after a failed initialisation outputs stay outdated, so that reading them logs the reason."""
         self.phase = phase
-        self.quick = self.real_inputs if phase == STEPPING else {}
+        self.stepping_inputs = self.real_inputs if phase == STEPPING else {}
         if phase != TERMINATED:
             self.outdated = phase == INITIALISING or (phase == STEPPING and self._initialised_with is None)
 
     def prepare(self) -> None:
-        """Compute state and outputs at the start time from the values; they stay outdated if that fails."""
+        """Compute state and outputs at the start time from the values; if that fails they stay outdated."""
         self._initialised_with = None
         self.initialise(self.start_time)
         self.reached = self.start_time
@@ -185,14 +183,14 @@ class SlaveBase(Fmi2Slave):
         self.outdated = False
 
     def _initial_conditions(self) -> list[Any]:
-        """Start time and fixed parameters: all that ``initialise`` reads and ``advance`` does not read again."""
+        """Return start time and fixed parameters: ``initialise`` reads them, ``advance`` does not read them again."""
         fixed = (value for value, v in zip(self.values, self.variables, strict=True) if v.variability == "fixed")
         return [self.start_time, *fixed]
 
     # Every step
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Advance from ``current_time`` by ``step_size`` [s]; a refused step leaves the unit where it was."""
+        """Advance from ``current_time`` by ``step_size`` [s]; a refused step changes nothing."""
         try:
             self._check_step(current_time, step_size)
             self.advance(current_time, step_size)
@@ -204,33 +202,35 @@ class SlaveBase(Fmi2Slave):
 
     def _check_step(self, time: float, step: float) -> None:
         if self.phase != STEPPING:
-            said = "finish its initialisation first"
-            raise Refusal(f"the unit is {self.phase} and cannot step from t = {time:g} s: {said}")
+            problem = f"the unit is {self.phase} and cannot step from t = {time:g} s"
+            raise Refusal(f"{problem}: finish its initialisation first")
         if self.refused:
             reasons = "; ".join(text for _, text in sorted(self.refused.items()))
             raise Refusal(f"the step from t = {time:g} s is refused until this is corrected: {reasons}")
         if not 0.0 < step < LONGEST_STEP:
-            said = f"communication step = {step!r} s at t = {time:g} s"
-            raise Refusal(f"{said} must be positive and below {LONGEST_STEP:g} s")
-        joins = abs(time - self.reached) <= CLOCK_TOLERANCE * step
-        if not joins and (self.has_past or not isfinite(time)):
-            said = f"the step begins at t = {time!r} s, the one before ended at {self.reached!r} s"
-            raise Refusal(f"{said}: time must neither repeat nor jump; to go back, restore a state from then")
+            given = f"communication step = {step!r} s at t = {time:g} s"
+            raise Refusal(f"{given} must be positive and below {LONGEST_STEP:g} s")
+        is_continuous = abs(time - self.reached) <= CLOCK_TOLERANCE * step
+        if not is_continuous and (self.has_past or not isfinite(time)):
+            given = f"the step begins at t = {time!r} s, the one before ended at {self.reached!r} s"
+            raise Refusal(f"{given}: time must neither repeat nor jump; to go back, restore a state from then")
 
     # Values
 
     get_real, get_integer, get_boolean, get_string = map(getter, TYPES)
     set_real, set_integer, set_boolean, set_string = map(setter, TYPES)
 
-    def set_one(self, kind: str, reference: int, value: Value) -> None:
-        """Set a variable of this type, or refuse it; a value out of range is kept as a refusal that a good one ends."""
+    def set_value(self, kind: str, reference: int, value: Value) -> None:
+        """Set a variable of this type, or refuse it; after a bad value steps are refused until a good one is set."""
         if reference not in self.of_type[kind]:
             raise unknown_reference(kind, reference)
         variable = self.variables[reference]
-        if not {variable.causality, variable.variability} & _OPEN.get(self.phase, {"input", "parameter"}):
-            ended = "cannot be set, the unit is terminated"
-            reason = ended if self.phase == TERMINATED else "is fixed once initialisation has ended"
-            reason = "is an output" if variable.causality == "output" else reason
+        if not {variable.causality, variable.variability} & _SETTABLE.get(self.phase, {"input", "parameter"}):
+            reason = "is fixed once initialisation has ended"
+            if variable.causality == "output":
+                reason = "is an output"
+            elif self.phase == TERMINATED:
+                reason = "cannot be set, the unit is terminated"
             raise Refusal(f"{variable.name} {reason}; the value {value!r} was ignored")
         if problem := problem_with(variable, value):
             self.refused[reference] = problem
@@ -239,13 +239,13 @@ class SlaveBase(Fmi2Slave):
         self.refused.pop(reference, None)
         self.outdated = self.outdated or self.phase == INITIALISING
 
-    # The whole state
+    # The state
 
     def _get_fmu_state(self) -> dict[str, Any]:
         try:
             if not self.saves_state:
-                said = f"the state of a {type(self).__name__} cannot be saved"
-                raise Refusal(f"{said}: what it hears cannot be sent again")
+                reason = "what it hears cannot be sent again"
+                raise Refusal(f"the state of a {type(self).__name__} cannot be saved: {reason}")
             if self.outdated:
                 self.prepare()
             return {
@@ -258,14 +258,14 @@ class SlaveBase(Fmi2Slave):
             return {}
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
-        """Restore a state of this instance or of another one of the same unit, whole or not at all."""
+        """Restore a state of this or another instance of the same unit, completely or not at all."""
         before = dict(self.__dict__)
         try:
             if not state or state["unit"] != [type(self).__name__, len(self.variables)]:
                 raise Refusal(f"this is no complete state of a {type(self).__name__}; nothing was changed")
             phase, self.start_time, reached, values, refused = state["base"]
             self.values, self.refused = thaw_each(values, [TYPES[v.type] for v in self.variables]), dict(refused)
-            self._enter(phase)
+            self._enter_phase(phase)
             if phase in (STEPPING, TERMINATED):
                 if self._initialised_with != self._initial_conditions():
                     self.prepare()
@@ -274,12 +274,12 @@ class SlaveBase(Fmi2Slave):
                 self.__dict__.update(zip(self.hidden, thaw_each(state["hidden"], [*self.hidden.values()]), strict=True))
                 self.outdated = False
         except BaseException as problem:
-            self.__dict__ = before  # the list of values as well: it was replaced, not changed
+            self.__dict__ = before  # with the old list of values, which was replaced and not changed
             self.report("setFMUstate", problem)
 
     @staticmethod
     def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
-        """Read a serialised state; bytes that hold none give an empty state, which is refused."""
+        """Read a serialised state; other bytes give an empty state, which is refused."""
         try:
             return json.loads(state.decode("utf-8"))
         except (ValueError, RecursionError):
@@ -288,7 +288,7 @@ class SlaveBase(Fmi2Slave):
     # Messages to the host
 
     def report(self, call: str, problem: BaseException) -> None:
-        """Log a problem in ``call``: what the project refuses by its text, any other exception with its traceback."""
+        """Log a problem in ``call``: a refusal of the project by its text, any other exception with its traceback."""
         if isinstance(problem, (Refusal, IdentifierError, PlantError)):
             self.log(f"{call}: {problem}", Fmi2Status.discard)
         else:

@@ -1,9 +1,8 @@
 """Scenarios as SSP 1.0 files, for tools other than the master.
 
-An .ssp holds structure, units and their parameter sets. The system is flat and has no connectors of its own, because
-libcosimpy and Ecos import nothing else. A component lists its outputs and those of its inputs that are connected,
-because fmpy.ssp feeds an input that is listed but not connected from the connector before it. An .ssv holds the
-parameters of one unit.
+An .ssp contains structure, units and their parameter sets. The system is flat and has no connectors itself, because
+libcosimpy and Ecos import nothing else. A component lists its outputs and its connected inputs only, because fmpy.ssp
+feeds an unconnected listed input from the connector before it. An .ssv contains the parameters of one unit.
 """
 
 from __future__ import annotations
@@ -27,10 +26,10 @@ for _prefix, _part in {"ssc": "Common", "ssd": "Description", "ssv": "ParameterV
 
 
 def parameter_set(unit: type[SlaveBase], parameters: Mapping[str, Value]) -> bytes:
-    """Return ``<ssv:ParameterSet>`` with all parameters of a unit; those that are not given have their start value."""
+    """Return ``<ssv:ParameterSet>`` with all parameters of a unit; the others have their start values."""
     variables = variables_of(unit, check_start_values(unit, parameters))
-    listed = [variable for variable in variables if variable.causality == "parameter"]
-    return render_xml("ParameterSet.ssv", parameters=listed, units=base_units(v.unit for v in listed))
+    all_parameters = [variable for variable in variables if variable.causality == "parameter"]
+    return render_xml("ParameterSet.ssv", parameters=all_parameters, units=base_units(v.unit for v in all_parameters))
 
 
 def write_ssp(
@@ -52,7 +51,7 @@ def write_ssp(
     duration : float
         Stop time of the default experiment [s].
     native : bool
-        Build units in C in place of units in Python.
+        Build units in C instead of Python.
 
     Raises
     ------
@@ -74,12 +73,12 @@ def write_ssp(
 
 def system_structure(scenario: Scenario, duration: float) -> bytes:
     """Return ``<ssd:SystemStructureDescription>``; components take their FMU and .ssv from ``resources/``."""
-    fed = {(wire.target_unit, wire.target) for wire in scenario.connections}
+    targets = {(wire.target_unit, wire.target) for wire in scenario.connections}
     components = {
-        name: [v for v in unit_class(kind).variables if v.causality == "output" or (name, v.name) in fed]
+        name: [v for v in unit_class(kind).variables if v.causality == "output" or (name, v.name) in targets]
         for name, kind in scenario.units
     }
     return render_xml(
         "SystemStructure.ssd", scenario=scenario, components=components, duration=repr(duration),
-        units=base_units(v.unit for own in components.values() for v in own),
+        units=base_units(v.unit for connectors in components.values() for v in connectors),
     )  # fmt: skip

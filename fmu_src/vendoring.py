@@ -20,17 +20,17 @@ from .description import render
 from .errors import BuildError
 from .variables import Value
 
-VENDORED = ("fmu_src", "heli_plant", "heli_identifier", "pythonfmu")  # all else must be in the standard library
+VENDORED = ("fmu_src", "heli_plant", "heli_identifier", "pythonfmu")  # all other imports must be standard library
 
 OLDEST_PYTHON = (3, 9)  # the oldest Python of a host
 
 _NAMESPACE = UUID("5b6c0a52-5f0e-4f2e-9a55-6a4f5f0f9f21")
-_POSTPONED = "from __future__ import annotations\n"
+_POSTPONED = "from __future__ import annotations\n"  # the oldest Python cannot evaluate all annotations
 _STRICT = re.compile(r",\s*strict=(?:True|False)(?=\s*,?\s*\))")
 
 
 def _module_file(module: str) -> Path | None:
-    """File of a module in a vendored package, or None where the name is an attribute and no module."""
+    """Return the file of a module in a vendored package, or None if the name is not a module but an attribute."""
     try:
         spec = importlib.util.find_spec(module)
     except ModuleNotFoundError:
@@ -39,7 +39,7 @@ def _module_file(module: str) -> Path | None:
 
 
 def _imported_modules(module: str, tree: ast.AST, is_package: bool) -> Iterable[str]:
-    """Every absolute module name that ``module`` may import, also inside functions."""
+    """Yield every absolute module name that ``module`` may import, also inside functions."""
     package = module if is_package else module.rpartition(".")[0]
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -51,43 +51,43 @@ def _imported_modules(module: str, tree: ast.AST, is_package: bool) -> Iterable[
 
 
 def needed_sources(module: str) -> dict[str, str]:
-    """Return every source that ``module`` needs, by its path; BuildError says which one no host may understand.
+    """Return every source that ``module`` needs, by its path; BuildError names a module that a host cannot run.
 
-    A package of which only a module is imported gets an empty ``__init__``, because its door offers more than a unit
-    needs (files, arrays, the builder).
+    A package of which only a module is imported gets an empty ``__init__``, because the real one imports more than a
+    unit needs (files, arrays, the builder).
     """
-    found: dict[str, str] = {}
-    waiting = [module]
-    while waiting:
-        name = waiting.pop()
+    sources: dict[str, str] = {}
+    modules = [module]
+    while modules:
+        name = modules.pop()
         file = _module_file(name)
         is_package = file is not None and file.name == "__init__.py"
         path = name.replace(".", "/") + ("/__init__.py" if is_package else ".py")
-        if file is None or path in found:
+        if file is None or path in sources:
             continue
-        found[path] = file.read_text(encoding="utf-8")
+        sources[path] = file.read_text(encoding="utf-8")
         try:
-            tree = ast.parse(found[path], feature_version=OLDEST_PYTHON)
+            tree = ast.parse(sources[path], feature_version=OLDEST_PYTHON)
         except SyntaxError as problem:
             oldest = ".".join(map(str, OLDEST_PYTHON))
             raise BuildError(f"{name} must be valid in Python {oldest}, the oldest of a host: {problem}") from problem
-        for wanted in _imported_modules(name, tree, is_package):
-            root = wanted.split(".")[0]
+        for imported in _imported_modules(name, tree, is_package):
+            root = imported.split(".")[0]
             if root in VENDORED:
-                waiting.append(wanted)
+                modules.append(imported)
             elif root not in sys.stdlib_module_names:
                 raise BuildError(f"{name} imports {root}, which is not in the standard library; a unit may not need it")
-    for path in tuple(found):
+    for path in tuple(sources):
         for folder in PurePosixPath(path).parents[:-1]:
-            found.setdefault(f"{folder}/__init__.py", "")
-    return dict(sorted(found.items()))
+            sources.setdefault(f"{folder}/__init__.py", "")
+    return dict(sorted(sources.items()))
 
 
 def python_unit(unit: type, start_values: Mapping[str, Value]) -> dict[str, bytes]:
-    """Return what an FMU holds of a unit in Python: its sources under hashed names, and the script that is loaded.
+    """Return the files of a unit in Python: its sources under hashed names, and the script that the host loads.
 
-    The binary runs the script with every instance, and releases its globals once too often: a list in ``sys`` keeps
-    them.
+    The binary runs the script for every instance and releases its globals once too often, so a list in ``sys`` holds
+    a reference to them.
     """
     sources = needed_sources(unit.__module__)
     tag = content_hash({**sources, "start values": repr(sorted(start_values.items()))})[:12]
@@ -99,20 +99,17 @@ def python_unit(unit: type, start_values: Mapping[str, Value]) -> dict[str, byte
 
 
 def _rewrite(text: str, tag: str) -> str:
-    """Rename vendored packages in ``from package import``, and replace what the oldest Python does not know.
-
-    It does not evaluate annotations, which are postponed, and its zip checks no lengths, which the tests do.
-    """
+    """Rename vendored packages in ``from package import``; remove ``strict`` of zip, which the oldest Python lacks."""
     packages = "|".join(VENDORED)
-    if wrong := re.search(rf"^\s*(import ({packages})\b.*)", text, re.MULTILINE):
-        raise BuildError(f"{wrong[1]!r}: a vendored package must be imported as 'from package import module'")
+    if plain_import := re.search(rf"^\s*(import ({packages})\b.*)", text, re.MULTILINE):
+        raise BuildError(f"{plain_import[1]!r}: a vendored package must be imported as 'from package import module'")
     text = re.sub(rf"^(\s*from (?:{packages}))\b", rf"\1_{tag}", text, flags=re.MULTILINE)
     text = _STRICT.sub("", text)
     return text if not text.strip() or _POSTPONED in text else _POSTPONED + text
 
 
 def content_hash(entries: Mapping[str, str | bytes]) -> str:
-    """Return hexadecimal digits that depend on the names and the content of all entries."""
+    """Return a hexadecimal hash of the names and the content of all entries."""
     digest = hashlib.sha256()
     for name, entry in sorted(entries.items()):
         content = entry.encode() if isinstance(entry, str) else entry

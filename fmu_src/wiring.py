@@ -4,17 +4,17 @@ The master steps by Jacobi's scheme, as importers of .ssp files do: at the commu
 to the value that its source shows at t_k, then all units step from t_k to t_{k+1} = (k + 1) H. The result does not
 depend on the order of the units. In every scenario there is:
 
-* **no delay** from Exciter or LogPlayer to the others: what these show at t_k is the voltage that holds over
-  [t_k, t_{k+1}), and that is how HelicopterPlant and AdaptiveIdentifier take it;
-* **no delay** from the plant's (or the player's) angles to the identifier: an angle and a voltage that arrive
-  together belong to the same t_k; the identifier's outputs at t_{k+1} have used the samples up to t_k;
+* **no delay** from Exciter or LogPlayer to the others: their outputs at t_k are the voltages over [t_k, t_{k+1}), and
+  HelicopterPlant and AdaptiveIdentifier use them so;
+* **no delay** from the plant's (or the player's) angles to the identifier: angles and voltages that arrive together
+  belong to the same t_k; the identifier's outputs at t_{k+1} use the samples up to t_k;
 * **one step of delay** in the PidController: it reads the angles (and the exciter's voltages) of t_k while it steps to
   t_{k+1}, where it shows its voltages, and these hold over [t_{k+1}, t_{k+2}). A sampled controller on a rig has the
   same delay of one control period. Over [t_0, t_1) it gives its trim voltage;
-* **one step of delay** in the Corrector: what it has found from the samples up to t_k corrects the plant from t_{k+1}.
+* **one step of delay** in the Corrector: its result from the samples up to t_k corrects the plant from t_{k+1} on.
 
-Before the first step inputs are set in the same way from the outputs at t_0. One pass is enough, because no output at
-t_0 depends on an input.
+Before the first step the inputs are set in the same way from the outputs at t_0. One pass is enough, because no output
+at t_0 depends on an input.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .variables import Value
 
 VOLTAGES = ("v_front", "v_rear")
 
-MOST_STEPS = 20_000_000  # communication steps of a run: two days at 100 Hz, whose outputs fill some gigabytes
+MOST_STEPS = 20_000_000  # communication steps of a run: two days at 100 Hz, with some gigabytes of outputs
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Connection:
 class Scenario:
     """Units, their connections, and parameters that differ from their defaults.
 
-    WiringError says which connection names a unit that is not there, or which input is connected twice.
+    WiringError says which connection names an unknown unit, or which input is connected twice.
     """
 
     name: str
@@ -64,53 +64,53 @@ class Scenario:
 
     def __post_init__(self) -> None:
         known = dict(self.units)
-        fed = set()
+        targets = set()
         for wire in self.connections:
             for unit in (wire.source_unit, wire.target_unit):
                 if unit not in known:
-                    said = f"names the unit {unit!r}; its units are {', '.join(known)}"
-                    raise WiringError(f"scenario {self.name}: {wire} {said}")
+                    problem = f"names the unit {unit!r}; its units are {', '.join(known)}"
+                    raise WiringError(f"scenario {self.name}: {wire} {problem}")
             target = (wire.target_unit, wire.target)
-            if target in fed:
+            if target in targets:
                 raise WiringError(f"scenario {self.name}: the input {'.'.join(target)} is connected twice")
-            fed.add(target)
+            targets.add(target)
 
     def parameters_by_unit(self, parameters: Mapping[str, Value]) -> dict[str, dict[str, Value]]:
-        """Return the scenario's own parameters and ``parameters`` (``unit.parameter``, they prevail) for each unit.
+        """Return the parameters for each unit: the scenario's, replaced by ``parameters`` (``unit.parameter``).
 
         WiringError names a unit that the scenario does not have.
         """
         by_unit: dict[str, dict[str, Value]] = {name: {} for name, _ in self.units}
-        for full, value in {**dict(self.parameters), **parameters}.items():
-            unit, _, name = full.partition(".")
+        for full_name, value in {**dict(self.parameters), **parameters}.items():
+            unit, _, name = full_name.partition(".")
             if unit not in by_unit:
-                said = f"scenario {self.name} has no unit {unit!r}{did_you_mean(unit, by_unit)}"
-                raise WiringError(f"parameter {full!r}: {said}; its units are {', '.join(by_unit)}")
+                problem = f"scenario {self.name} has no unit {unit!r}{did_you_mean(unit, by_unit)}"
+                raise WiringError(f"parameter {full_name!r}: {problem}; its units are {', '.join(by_unit)}")
             by_unit[unit][name] = value
         return by_unit
 
     def unit_files(self, fmus: Mapping[str, str | Path], folder: str | Path, native: bool = False) -> dict[str, Path]:
-        """Return the FMU of every unit: the given file, or one that is built into ``folder``, in C if ``native``.
+        """Return the FMU of every unit: the given file, or one built into ``folder``, in C if ``native``.
 
-        WiringError says which name is no unit of the scenario, BuildError which file does not exist.
+        WiringError names a unit that the scenario does not have, BuildError a file that does not exist.
         """
         units = dict(self.units)
         for name, file in fmus.items():
             if name not in units:
-                there = ", ".join(units)
-                raise WiringError(f"an FMU is given for {name!r}; scenario {self.name} has the units {there}")
+                known = ", ".join(units)
+                raise WiringError(f"an FMU is given for {name!r}; scenario {self.name} has the units {known}")
             if not Path(file).is_file():
-                there = "is no file" if Path(file).exists() else "is missing"  # a folder or a pipe
-                raise BuildError(f"the FMU of {name} {there}: {file}")
+                problem = "is no file" if Path(file).exists() else "is missing"  # a folder or a pipe
+                raise BuildError(f"the FMU of {name} {problem}: {file}")
         if units.keys() - fmus.keys():
-            from .builder import build  # who has all FMUs need not load it
+            from .builder import build  # not needed if all FMUs are given
         return {
             name: Path(fmus[name]) if name in fmus else build(unit, folder, native=native) for name, unit in self.units
         }
 
 
 def _wires(source: str, target: str, names: Iterable[str], out: str = "{}", into: str = "{}") -> tuple[Connection, ...]:
-    """Wires between the variables of two units whose names are ``out`` and ``into`` with each of ``names`` in them."""
+    """Return a wire for each name, from the variable ``out`` of one unit to ``into`` of another, with ``{}`` filled."""
     return tuple(Connection(source, out.format(name), target, into.format(name)) for name in names)
 
 
@@ -181,7 +181,7 @@ LIVE = Scenario(
     "the same of a rig that is running, in real time: RigLink in place of LogPlayer",
     (("rig", "RigLink"), *FOLLOW.units[1:]),
     (
-        *(replace(one, source_unit="rig") if one.source_unit == "player" else one for one in FOLLOW.connections),
+        *(replace(wire, source_unit="rig") if wire.source_unit == "player" else wire for wire in FOLLOW.connections),
         Connection("rig", "fresh", "corrector", "fresh"),
         Connection("rig", "fresh", "plant", "measured.fresh"),
     ),
@@ -195,12 +195,12 @@ SCENARIOS: dict[str, Scenario] = {
 
 
 def scenario(name: str | Scenario) -> Scenario:
-    """Return a scenario by its name in :data:`SCENARIOS`, or raise WiringError; your own is returned as it is."""
+    """Return a scenario by its name in :data:`SCENARIOS`, or raise WiringError; a Scenario is returned unchanged."""
     if isinstance(name, Scenario):
         return name
     if name not in SCENARIOS:
-        there = ", ".join(SCENARIOS)
-        raise WiringError(f"no scenario is called {name!r}{did_you_mean(name, tuple(SCENARIOS))}; there are {there}")
+        known = ", ".join(SCENARIOS)
+        raise WiringError(f"no scenario is called {name!r}{did_you_mean(name, tuple(SCENARIOS))}; there are {known}")
     return SCENARIOS[name]
 
 
@@ -209,8 +209,8 @@ def whole_steps(duration: float, step: float) -> int:
     if not (0.0 < step < inf and step <= duration < inf):
         raise WiringError(f"duration = {duration:g} s and step = {step:g} s: 0 < step <= duration is needed")
     if duration / step > MOST_STEPS:
-        said = f"duration = {duration:g} s is {duration / step:.3g} steps of {step:g} s, at most {MOST_STEPS:g} are run"
-        raise WiringError(f"{said}; take a shorter duration or a longer step")
+        problem = f"duration = {duration:g} s is {duration / step:.3g} steps of {step:g} s"
+        raise WiringError(f"{problem}, at most {MOST_STEPS:g} are run; take a shorter duration or a longer step")
     steps = round(duration / step)
     if abs(steps * step - duration) > 1e-6 * step:
         raise WiringError(f"duration = {duration:g} s is no whole number of steps of {step:g} s")

@@ -15,7 +15,7 @@ _ROUNDING = 1e-9  # share of a step by which H may exceed a whole number of long
 
 
 class PlantMemory(NamedTuple):
-    """What a unit remembers between communication steps; without an input delay the lists are empty."""
+    """The unit's memory between communication steps; without an input delay the lists are empty."""
 
     state: PlantState
     since: list[float]  # instants from which voltages were held [s]
@@ -31,7 +31,7 @@ class EncoderCounts(NamedTuple):
 
 
 def quantise(angle: float, counts: int) -> float:
-    """Round ``angle`` [rad] to the encoder's grid of 2 pi / ``counts`` [rad]; with ``counts`` 0 nothing is rounded."""
+    """Return ``angle`` [rad] rounded to the encoder's grid of 2 pi / ``counts`` [rad]; 0 counts do not round."""
     if counts == 0:
         return angle
     width = 2.0 * pi / counts
@@ -47,7 +47,7 @@ def communicate(
     memory: PlantMemory, v_front: float, v_rear: float, mass_command: float, time: float, start_time: float,
     step_size: float, longest: float, delay: float, p: PlantParameters,
 ) -> PlantMemory:  # fmt: skip
-    """Return the memory one communication step H = ``step_size`` [s] after ``time`` [s], voltages [V] held over it.
+    """Return the memory after a communication step H = ``step_size`` [s] from ``time`` [s] under held voltages [V].
 
     ``mass_command`` [m]; ``start_time`` of the record, ``longest`` integration step and input ``delay`` of ``p`` [s].
     """
@@ -65,7 +65,7 @@ def communicate(
 
 
 def is_finite(state: PlantState) -> bool:
-    """Whether every number of the state is finite."""
+    """Return whether every number of the state is finite."""
     th, ep, la, w1, w2, w3, nu_front, nu_rear, q, w, x, rest = state
     return isfinite(th + ep + la + w1 + w2 + w3 + nu_front + nu_rear + q + w + x + rest)
 

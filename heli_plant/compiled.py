@@ -1,14 +1,14 @@
 """The plant's scalar functions, compiled by numba from the same source that an FMU interprets.
 
-:func:`compile_function` walks the globals that a function names, compiles those that are functions of the plant, and
-binds the compiled twins in their place; nothing is written twice. Parameters are handed over as a NumPy record whose
-fields are those of :class:`heli_plant.parameters.PlantParameters` (:func:`parameter_record`).
+:func:`compile_function` looks up the globals that a function names, compiles those that are functions of the plant, and
+puts the compiled ones in their place. Parameters are passed as a NumPy record whose fields are those of
+:class:`heli_plant.parameters.PlantParameters` (:func:`parameter_record`).
 
-numba's disk cache notices a change in a function's own file only, not in what the function calls or names; here its
-folder is named by the content of all sources of the function's package. numba unpickles what it finds there, so whoever
-can write there can run code: the folder has to belong to the user, and nobody else may write to it. It stands in
-``HELI_CACHE_DIR``, or else in ``~/.cache/heli-twin``; where that cannot be used, every process compiles for itself.
-What a full disk or another library has damaged is dropped and compiled again.
+numba's disk cache notices a change only in the function's own file, not in the functions that it calls. Therefore the
+name of the cache folder depends on all sources of the function's package. numba unpickles the files there, so whoever
+can write to the folder can run code: it has to belong to the user, and nobody else may write to it. It is in
+``HELI_CACHE_DIR``, or else in ``~/.cache/heli-twin``; if that cannot be used, every process compiles for itself.
+Damaged files are deleted and compiled again.
 """
 
 import hashlib
@@ -52,8 +52,8 @@ def read_only(values: ArrayLike) -> NDArray[np.float64]:
 def compile_function(function: Callable, *parameters: PlantParameters) -> Callable:
     """Return ``function``, with every function of the plant that it calls, compiled by numba and kept on disk.
 
-    It releases the interpreter's lock, and divides by zero as IEEE 754 does. If the general model and tables are off in
-    the ``parameters`` that it will be called with, it is compiled without them, in half of the time.
+    It releases the interpreter's lock, and divides by zero as IEEE 754 does. If none of the ``parameters`` that it
+    will be called with uses the general model or a table, it is compiled without them, in half of the time.
     """
     return _entry(function, bool(parameters) and not any(p.general_model > 0.5 or has_tables(p) for p in parameters))
 
@@ -63,48 +63,47 @@ _PLAIN: dict[Any, Any] = {
     table_variable: lambda number, first, time, th, ep, la, w1, w2, w3, mu_s, mu_d: 0.0,
     tabulated_torque: lambda x, first, spacing, y: 0.0,
 }
-"""Functions that a plant without the general model and tables never calls, and what is compiled in their places."""
+"""Functions that a plant without the general model and tables never calls, and their replacements."""
 
 
 @cache
 def _entry(function: Any, is_plain: bool) -> Any:
-    """Dispatcher of a function that Python calls; it keeps its machine code in :func:`cache_folder`."""
+    """Return the dispatcher of a function that Python calls; its machine code is kept in :func:`cache_folder`."""
     dispatcher, folder = _jit(function, is_plain), cache_folder()
     if folder is not None and hasattr(dispatcher, "py_func"):  # it is a plain function under NUMBA_DISABLE_JIT
         version = _sources_digest(function.__module__.partition(".")[0])
         config: Any = numba.config
-        before, config.CACHE_DIR = config.CACHE_DIR, str(folder / f"numba-{version}")
-        with suppress(RuntimeError):  # a function that was composed has no file; it is compiled by each process
+        usual_folder, config.CACHE_DIR = config.CACHE_DIR, str(folder / f"numba-{version}")
+        with suppress(RuntimeError):  # a generated function has no file; it is compiled by each process
             dispatcher._cache = _PatientCache(dispatcher.py_func)  # looks for its folder now
-        config.CACHE_DIR = before
+        config.CACHE_DIR = usual_folder
     return dispatcher
 
 
 @cache
 def _callee(function: Any, is_plain: bool) -> Any:
-    """Dispatcher of a function that only compiled functions call, never Python."""
+    """Return the dispatcher of a function that only compiled functions call, never Python."""
     # one function without calls is a fifth faster: a call would pass all arguments through memory
     function = _PLAIN.get(function, function) if is_plain else function
     return _jit(function, is_plain, no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True)
 
 
 def _jit(function: Any, is_plain: bool, **options: Any) -> Any:
-    """Compile ``function`` over the compiled twins of the plant's functions that it names."""
-    named = {name: function.__globals__.get(name) for name in function.__code__.co_names}
-    twins = {
-        name: _callee(value, is_plain)
-        for name, value in named.items()
-        if isinstance(value, FunctionType) and value.__module__.partition(".")[0] == __package__
-    }
-    twin = FunctionType(function.__code__, {**function.__globals__, **twins}, function.__name__, function.__defaults__)
-    # numba names files and machine code by this and by a count of its own
-    twin.__qualname__ = f"{function.__qualname__}{'_plain' * is_plain}"
-    return numba.njit(nogil=True, error_model="numpy", **options)(twin)
+    """Compile ``function``, which then calls the compiled forms of the plant's functions."""
+    names = dict(function.__globals__)
+    for name in function.__code__.co_names:
+        value = names.get(name)
+        if isinstance(value, FunctionType) and value.__module__.partition(".")[0] == __package__:
+            names[name] = _callee(value, is_plain)
+    copy = FunctionType(function.__code__, names, function.__name__, function.__defaults__)
+    # numba names files and machine code by this name and by a number
+    copy.__qualname__ = f"{function.__qualname__}{'_plain' * is_plain}"
+    return numba.njit(nogil=True, error_model="numpy", **options)(copy)
 
 
 @cache
 def _sources_digest(package: str) -> str:
-    """Name for the content of all sources of a package."""
+    """Return a hash of all sources of a package."""
     digest = hashlib.sha256()
     for folder in sys.modules[package].__path__:
         for file in sorted(Path(folder).rglob("*.py")):
@@ -113,27 +112,27 @@ def _sources_digest(package: str) -> str:
 
 
 class _PatientCache(FunctionCache):
-    """numba's cache of one function. Nothing that is wrong with it reaches the caller."""
+    """numba's cache of one function, whose faults never reach the caller."""
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """Give compiled code, or None if there is none that can be used."""
+        """Return compiled code, or None if there is none that can be used."""
         try:
             return super().load_overload(sig, target_context)
-        except Exception:  # numba raises what it meets in a damaged file, or in code of another machine
+        except Exception:  # a damaged file, or code of another machine, makes numba raise anything
             with suppress(OSError):
                 self.flush()
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep compiled code if there is room for it."""
+        """Save compiled code if there is room for it."""
         with suppress(Exception):
             super().save_overload(sig, data)
 
 
 def cache_folder() -> Path | None:
-    """Folder of all compiled code; PlantError if one is named that cannot be made, or that others can write to.
+    """Return the folder of all compiled code, or None if ``HELI_CACHE_DIR`` is not set and the usual one is unusable.
 
-    None where none is named and that of the user cannot be used.
+    PlantError if the folder in ``HELI_CACHE_DIR`` cannot be made, or others can write to it.
     """
     named = os.environ.get(VARIABLE)
     try:

@@ -30,7 +30,7 @@ class AxisGains(NamedTuple):
 
 
 class PidSettings(NamedTuple):
-    """Settings of the three loops; the defaults carry the arm of Table 2."""
+    """Settings of the three loops; the defaults are for Table 2."""
 
     pitch: AxisGains = AxisGains(8.35, 4.25, 8.76)  # a voltage difference [V]
     elevation: AxisGains = AxisGains(25.0, 22.0, 20.0)  # a voltage sum [V]
@@ -53,12 +53,11 @@ class PidState(NamedTuple):
     filtered_travel: float
 
 
-Voltages = tuple[float, float]
 Three = tuple[float, float, float]
 
 
 def start_pid(pitch: float, elevation: float, travel: float) -> PidState:
-    """State without a history: integrals zero, rates zero."""
+    """Return the first state: integrals and rates are zero."""
     return PidState(0.0, 0.0, 0.0, pitch, elevation, travel)
 
 
@@ -71,45 +70,37 @@ def step_references(references: Three, rises: Three, time: float, rise_time: flo
 
 def pid_step(
     state: PidState, pitch: float, elevation: float, travel: float, references: Three, h: float, settings: PidSettings
-) -> tuple[PidState, Voltages]:
+) -> tuple[PidState, tuple[float, float]]:
     """Return the state after the control period ``h`` [s] and the voltages (front, rear) [V] held over it.
 
     Angles and ``references`` of pitch, elevation, travel [rad]; the pitch's is ignored while the travel loop is on.
     """
     angles = (pitch, elevation, travel)
-    voltages, pitch_reference, beyond = _outputs(state, angles, references, settings)
-    errors = (pitch - pitch_reference, elevation - references[1], travel - references[2])
-    integrals = [
-        integral if excess * error > 0.0 else integral + h * error
-        for integral, error, excess in zip(state[:3], errors, beyond, strict=True)
-    ]
-    kept = exp(-h / settings.rate_time_constant)
-    filtered = [angle + (xi - angle) * kept for angle, xi in zip(angles, state[3:], strict=True)]
-    return PidState(*integrals, *filtered), voltages
-
-
-def _outputs(state: PidState, angles: Three, references: Three, settings: PidSettings) -> tuple[Voltages, float, Three]:
-    """Voltages [V], the pitch reference in force [rad], and each output's excess over its limit.
-
-    An excess has the sign of the errors that would make it grow, and is zero within the limits.
-    """
-    pitch, elevation, travel = angles
     rates = [(angle - xi) / settings.rate_time_constant for angle, xi in zip(angles, state[3:], strict=True)]
     pitch_reference, excess_travel = references[0], 0.0
     if settings.travel_enabled:
         # k_y < 0: a positive pitch drives the travel backwards, hence the plus sign on the travel error
-        wanted = _sum_pid_terms(settings.travel, travel - references[2], state.integral_travel, rates[2])
-        pitch_reference = saturate(wanted, settings.pitch_limit)
-        excess_travel = wanted - pitch_reference
-    difference = -_sum_pid_terms(settings.pitch, pitch - pitch_reference, state.integral_pitch, rates[0])
-    correction = _sum_pid_terms(settings.elevation, elevation - references[1], state.integral_elevation, rates[1])
+        unlimited = _sum_pid_terms(settings.travel, travel - references[2], state.integral_travel, rates[2])
+        pitch_reference = saturate(unlimited, settings.pitch_limit)
+        excess_travel = unlimited - pitch_reference
+    errors = (pitch - pitch_reference, elevation - references[1], travel - references[2])
+    difference = -_sum_pid_terms(settings.pitch, errors[0], state.integral_pitch, rates[0])
+    correction = _sum_pid_terms(settings.elevation, errors[1], state.integral_elevation, rates[1])
     total = settings.trim - correction
-    wanted_front, wanted_rear = 0.5 * (total + difference), 0.5 * (total - difference)
-    v_front, v_rear = saturate(wanted_front, settings.voltage_limit), saturate(wanted_rear, settings.voltage_limit)
-    over_front, over_rear = v_front - wanted_front, v_rear - wanted_rear
-    return (v_front, v_rear), pitch_reference, (over_front - over_rear, over_front + over_rear, excess_travel)
+    u_front, u_rear = 0.5 * (total + difference), 0.5 * (total - difference)
+    v_front, v_rear = saturate(u_front, settings.voltage_limit), saturate(u_rear, settings.voltage_limit)
+    change_front, change_rear = v_front - u_front, v_rear - u_rear
+    # an excess over a limit has the sign of the errors that would make it grow
+    excesses = (change_front - change_rear, change_front + change_rear, excess_travel)
+    integrals = [
+        integral if excess * error > 0.0 else integral + h * error
+        for integral, error, excess in zip(state[:3], errors, excesses, strict=True)
+    ]
+    decay = exp(-h / settings.rate_time_constant)
+    filtered = [angle + (xi - angle) * decay for angle, xi in zip(angles, state[3:], strict=True)]
+    return PidState(*integrals, *filtered), (v_front, v_rear)
 
 
 def _sum_pid_terms(gains: AxisGains, error: float, integral: float, rate: float) -> float:
-    """Sum of error [rad], integral [rad s] and rate [rad/s], weighted by the gains."""
+    """Return the sum of error [rad], integral [rad s] and rate [rad/s], weighted by the gains."""
     return gains.proportional * error + gains.integral * integral + gains.derivative * rate

@@ -3,10 +3,10 @@
     (a + a' e) (b + b' e) = a b + (a' b + a b') e,    e^2 = 0
 
 Operations on the values are those of floats in the same order, so the values keep their bits; slopes follow the rules
-of differentiation. A slope is a float, or an array of slopes in several directions at once. Where a law has a corner
-the slope is that of the branch taken. A number with a slope counts as different from zero: a law behind the question
-whether its factor is zero is then computed, and has its slope. (Wengert, A simple automatic derivative evaluation
-program, Communications of the ACM 7(8), 1964.)
+of differentiation. A slope is a float, or an array of slopes in several directions at once. At the corner of a law the
+slope is that of the branch taken. A number with a slope is never equal to zero: a law that is computed only if its
+coefficient is not zero then has its slope. (Wengert, A simple automatic derivative evaluation program, Communications
+of the ACM 7(8), 1964.)
 """
 
 import math
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 
 class Dual:
-    """``value + slope e``; compared by value, but for equality."""
+    """``value + slope e``; only equality also compares the slopes."""
 
     __slots__ = ("slope", "value")
 
@@ -35,7 +35,7 @@ class Dual:
         return -self if self.value < 0.0 else self
 
     def __floor__(self) -> int:
-        """Give the floor of the value; it is flat wherever it has a slope."""
+        """Return the floor of the value; its slope is zero."""
         return math.floor(self.value)
 
     def __eq__(self, other: object) -> bool:
@@ -56,10 +56,10 @@ _OPERATIONS: dict[str, Callable[[Dual, Dual], Dual]] = {
     "truediv": lambda a, b: Dual(a.value / b.value, (a.slope - a.value / b.value * b.slope) / b.value),
 }
 for _name, _operation in _OPERATIONS.items():
-    setattr(Dual, f"__{_name}__", lambda a, b, done=_operation: done(a, _to_dual(b)))
-    setattr(Dual, f"__r{_name}__", lambda b, a, done=_operation: done(_to_dual(a), b))
-for _compare in (operator.lt, operator.le, operator.gt, operator.ge):
-    setattr(Dual, f"__{_compare.__name__}__", lambda a, b, holds=_compare: holds(a.value, _to_dual(b).value))
+    setattr(Dual, f"__{_name}__", lambda a, b, operate=_operation: operate(a, _to_dual(b)))
+    setattr(Dual, f"__r{_name}__", lambda b, a, operate=_operation: operate(_to_dual(a), b))
+for _comparison in (operator.lt, operator.le, operator.gt, operator.ge):
+    setattr(Dual, f"__{_comparison.__name__}__", lambda a, b, compare=_comparison: compare(a.value, _to_dual(b).value))
 
 
 SLOPES: dict[Callable[..., Any], Callable[[Any, Any, Any], Any]] = {
@@ -71,7 +71,7 @@ SLOPES: dict[Callable[..., Any], Callable[[Any, Any, Any], Any]] = {
     math.log: lambda x, y, m: 1.0 / x,
     math.sqrt: lambda x, y, m: 0.5 / y,
 }
-"""The slope of each function of :mod:`math` that has one here, by its argument, its value and the functions of math."""
+"""Slopes of functions of :mod:`math`, computed from argument, value and the module math."""
 
 
 def _apply(function: Callable[[float], float], x: Any) -> Any:
@@ -84,7 +84,7 @@ def _apply(function: Callable[[float], float], x: Any) -> Any:
 
 @cache
 def with_duals(function: FunctionType) -> FunctionType:
-    """Return a function of the plant for dual numbers: the same code over mathematics that knows them."""
+    """Return a function of the plant that takes dual numbers: the same code with other functions of math."""
     names = dict(function.__globals__)
     for name in function.__code__.co_names:
         called = names.get(name)
@@ -102,6 +102,6 @@ def seed_duals(values: Sequence[float]) -> list[Dual]:
 
 
 def slopes(numbers: Sequence[Any], directions: int) -> NDArray[np.float64]:
-    """Return the slopes of numbers, shape (len(numbers), directions); one without a slope has zeros."""
+    """Return the slopes of numbers, shape (len(numbers), directions); those of plain floats are zero."""
     rows = [np.broadcast_to(np.asarray(_to_dual(x).slope, float), (directions,)) for x in numbers]
     return np.array(rows)

@@ -1,4 +1,4 @@
-"""Errors of the physics package, and the proposal of a known name that every package adds to its own errors."""
+"""Errors of the physics package, and proposals of similar names, which every package adds to its errors."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class ParameterError(PlantError):
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return ``; did you mean 'x'?`` with the closest of the known names, or nothing if none is close."""
-    from difflib import get_close_matches  # only an error needs it
+    from difflib import get_close_matches  # only errors need it
 
     near = get_close_matches(name, list(known), n=1)
     return f"; did you mean {near[0]!r}?" if near else ""

@@ -1,15 +1,15 @@
-"""What masses, lengths and hover of the rig say of the model's parameters, as the course's script works them out.
+"""Parameters of the model from masses, lengths and hover voltage of the rig, as the course's script computes them.
 
 The head carries two motors, each m_p with its share of the frame, l_p from the pitch's axis and l_h from the
-elevation's; the counterweight m_c hangs l_c behind it. About the horizontal arm
+elevation's; the counterweight m_c hangs at the distance l_c on the other side. About the horizontal arm
 
     J_p = 2 m_p l_p^2,    J_e = m_c l_c^2 + 2 m_p l_h^2,    J_lambda = m_c l_c^2 + 2 m_p (l_h^2 + l_p^2)
     K_f V_s l_h = g (2 m_p l_h - m_c l_c)                                 force per volt K_f from the hover V_s
     k_x = n l_p K_f / J_p,    k_z = n l_h K_f / J_e,    k_y = -l_h K_f / J_lambda
 
 with n the slope of the thrust over thrust per volt: 1 where the thrust is proportional to the voltage, 2 where it is to
-its square. K_f hangs on the small difference of two large torques: one per cent of the counterweight moves it by more
-than ten, so it is a wide prior. The ratios k_x / k_y and k_z / k_y are free of it.
+its square. K_f follows from the small difference of two large torques: one per cent of the counterweight changes it by
+more than ten, so it is a wide prior. The ratios k_x / k_y and k_z / k_y do not depend on it.
 
 Source: laboratory of TTK4115 Linear System Theory, NTNU, "Helicopter lab assignment", part I.
 """
@@ -20,17 +20,17 @@ from math import hypot, log, sqrt
 from .models import GRAVITY
 
 MASS_ERROR, LENGTH_ERROR = 0.02, 0.01
-"""Relative standard deviations of weighed masses, whose cables and frame are shared out by eye, and of lengths."""
+"""Relative standard deviations of masses, to which cables and frame are assigned by eye, and of lengths."""
 
 RATIO_ERROR = hypot(MASS_ERROR, 3.0 * LENGTH_ERROR)
-"""Relative standard deviation of a ratio of two gains: of one mass over another, and of three lengths."""
+"""Relative standard deviation of a ratio of two gains, which depends on a ratio of masses and on three lengths."""
 
 STEEPER = 2.0  # largest n: a propeller at rest in air thrusts with the square of its speed
 
 
 @dataclass(frozen=True)
 class Geometry:
-    """Masses and lengths of a rig in the names of the course's script; None: not stated."""
+    """Masses and lengths of a rig under the names of the course's script; None: not known."""
 
     m_p: float | None = None  # a motor with its share of the head [kg]
     m_c: float | None = None  # counterweight [kg]
@@ -41,7 +41,7 @@ class Geometry:
 
     @property
     def inertias(self) -> dict[str, float] | None:
-        """J_p, J_e, J_lambda [kg m^2]; None unless all masses and lengths are stated."""
+        """J_p, J_e, J_lambda [kg m^2]; None unless all masses and lengths are known."""
         m_p, m_c, l_c, l_h, l_p = self.m_p, self.m_c, self.l_c, self.l_h, self.l_p
         if m_p is None or m_c is None or l_c is None or l_h is None or l_p is None:
             return None
@@ -50,7 +50,7 @@ class Geometry:
 
     @property
     def force_per_volt(self) -> float | None:
-        """K_f [N/V]; None where it does not follow, or the counterweight lifts the head."""
+        """K_f [N/V]; None if a value for it is missing, or if the counterweight lifts the head."""
         m_p, m_c, l_c, l_h, hover = self.m_p, self.m_c, self.l_c, self.l_h, self.hover_voltage
         if m_p is None or m_c is None or l_c is None or l_h is None or hover is None:
             return None
@@ -59,7 +59,7 @@ class Geometry:
 
     @property
     def ratios(self) -> dict[str, tuple[float, float]]:
-        """k_x / |k_y| and k_z / |k_y| for n = 1 and :data:`STEEPER`, by the field of the first; empty if unknown."""
+        """k_x / |k_y| and k_z / |k_y| for n = 1 and :data:`STEEPER`, under k_x and k_z; empty if unknown."""
         J = self.inertias
         if J is None or self.l_p is None or self.l_h is None:
             return {}
@@ -67,17 +67,18 @@ class Geometry:
         return {field: (ratio, STEEPER * ratio) for field, ratio in ratios.items()}
 
     def deviations(self, field: str, ratio: float, error: float) -> float:
-        """Count the standard deviations by which a measured ratio, its relative ``error`` known, lies outside."""
+        """Return by how many standard deviations a measured ratio with a relative ``error`` lies outside its range."""
         low, high = self.ratios[field]
         return max(log(ratio / high), log(low / ratio)) / hypot(error, RATIO_ERROR)
 
     def priors(self) -> dict[str, tuple[float, float]]:
-        """Gains [rad/s^2/V] with the standard deviation of their logarithm; empty where K_f does not follow."""
+        """Return gains [rad/s^2/V], each with the standard deviation of its logarithm; empty if K_f is unknown."""
         J, K_f = self.inertias, self.force_per_volt
         if J is None or K_f is None or self.m_p is None or self.m_c is None or self.l_h is None or self.l_c is None:
             return {}
         head, weight = 2.0 * self.m_p * self.l_h, self.m_c * self.l_c  # masses times levers [kg m]
-        by_weight = hypot(MASS_ERROR, LENGTH_ERROR) * hypot(head, weight) / (head - weight)
-        k_y, by_slope = self.l_h * K_f / J["J_lambda"], 0.5 * log(STEEPER)
-        middles = {field: sqrt(low * high) * k_y for field, (low, high) in self.ratios.items()}
-        return {**{field: (k, hypot(by_weight, by_slope)) for field, k in middles.items()}, "k_y": (-k_y, by_weight)}
+        force_error = hypot(MASS_ERROR, LENGTH_ERROR) * hypot(head, weight) / (head - weight)
+        k_y, slope_error = self.l_h * K_f / J["J_lambda"], 0.5 * log(STEEPER)
+        gains = {field: sqrt(low * high) * k_y for field, (low, high) in self.ratios.items()}
+        priors = {field: (gain, hypot(force_error, slope_error)) for field, gain in gains.items()}
+        return {**priors, "k_y": (-k_y, force_error)}

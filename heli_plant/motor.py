@@ -7,29 +7,26 @@ takes its mean over [t - delay, t + h - delay]. Before the first instant the fir
 from math import exp
 from typing import Any
 
-Held = list[tuple[float, float]]
-"""Front and rear voltage [V], one pair per instant."""
-
 
 def decay_factor(h: float, time_constant: float) -> float:
-    """Share exp(-h / T_m) of a lagged voltage's distance from its goal that is left after ``h`` [s]; T_m of 0: none."""
+    """Return exp(-h / T_m): how far a lag's distance from its final value decays in ``h`` [s]. 0 if T_m is 0."""
     if time_constant <= 0.0:
         return 0.0
     return exp(-h / time_constant)
 
 
-def approach(nu: float, voltage: float, share: float) -> float:
-    """Lagged voltage [V] when ``share`` of its distance from the held ``voltage`` [V] is left."""
-    return voltage + (nu - voltage) * share
+def approach(nu: float, voltage: float, decay: float) -> float:
+    """Return the lagged voltage [V] after its distance from the held ``voltage`` [V] has decayed by a factor."""
+    return voltage + (nu - voltage) * decay
 
 
 def lag_voltage(nu: float, voltage: float, h: float, time_constant: float) -> float:
-    """Lagged voltage [V] after ``h`` [s] under a held ``voltage`` [V]; a ``time_constant`` of 0 s passes it through."""
+    """Return the lagged voltage [V] after ``h`` [s] under a held ``voltage`` [V]; a time constant of 0 s is no lag."""
     return approach(nu, voltage, decay_factor(h, time_constant))
 
 
 def saturate(voltage: float, limit: float) -> float:
-    """``voltage`` clipped to plus or minus ``limit`` [V]; any quantity of one unit will do."""
+    """Return ``voltage`` clipped to plus or minus ``limit`` [V]; both may have any other common unit."""
     if voltage > limit:
         return limit
     if voltage < -limit:
@@ -38,18 +35,18 @@ def saturate(voltage: float, limit: float) -> float:
 
 
 def mean_held(since: Any, voltages: Any, last: int, start: float, end: float) -> tuple[float, float]:
-    """Return the mean front and rear voltage [V] over [``start``, ``end``] [s]; of one instant, the voltage held then.
+    """Return the mean front and rear voltage [V] over [``start``, ``end``] [s]; at one instant, the voltage held then.
 
-    ``voltages``, shape (N, 2) [V], are held from the growing instants ``since`` [s] on, number ``last`` for good.
+    ``voltages``, shape (N, 2) [V], are held from the growing instants ``since`` [s] on; number ``last`` has no end.
     """
     i = last
     while i > 0 and since[i] > start:
         i -= 1
     front, rear, begin = 0.0, 0.0, start
     while i < last and since[i + 1] < end:
-        held = since[i + 1] - begin
-        front += held * voltages[i][0]
-        rear += held * voltages[i][1]
+        duration = since[i + 1] - begin
+        front += duration * voltages[i][0]
+        rear += duration * voltages[i][1]
         begin = since[i + 1]
         i += 1
     length = end - start
@@ -59,16 +56,16 @@ def mean_held(since: Any, voltages: Any, last: int, start: float, end: float) ->
 
 
 def remember(
-    since: list[float], voltages: Held, time: float, v_front: float, v_rear: float, reach: float
-) -> tuple[list[float], Held]:
-    """Return a history in which the pair is held from ``time`` [s] on, without what ended ``reach`` [s] before.
+    since: list[float], voltages: list[tuple[float, float]], time: float, v_front: float, v_rear: float, reach: float
+) -> tuple[list[float], list[tuple[float, float]]]:
+    """Return the history with this pair held from ``time`` [s] on, without entries that ended ``reach`` [s] before.
 
     Entries that begin at ``time`` or later are dropped: a host may set the state back and repeat a step.
     """
-    kept = len(since)
-    while kept > 0 and since[kept - 1] >= time:
-        kept -= 1
-    since, voltages = [*since[:kept], time], [*voltages[:kept], (v_front, v_rear)]
+    count = len(since)
+    while count > 0 and since[count - 1] >= time:
+        count -= 1
+    since, voltages = [*since[:count], time], [*voltages[:count], (v_front, v_rear)]
     first = 0
     while first + 1 < len(since) and since[first + 1] <= time - reach:
         first += 1

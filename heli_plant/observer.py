@@ -9,12 +9,12 @@ measured angle,
 
 The gains place the poles of the error's dynamics, for a double integrator, at a Butterworth polynomial of third order
 with the bandwidth omega_o. It balances the spectra of torque and encoder noise; there the observer is the Kalman filter
-in its steady state, and the innovations are white. A sample that did not come in is predicted and not corrected.
+in its steady state, and the innovations are white. For a missing sample there is a prediction and no correction.
 Source: Anderson and Moore, Optimal Filtering, 1979, chapters 4 and 9.
 
-**Corrections** are added to the plant's parameters while it runs, and to the rotors' shares of thrust: a rotor that is
-damaged loses a share of its thrust. Motors and thrust are linear in the simplified model; the share therefore stands
-before the motor, behind the saturation of its voltage.
+**Corrections** are added to the plant's parameters while it runs, and to the rotors' shares of thrust: a damaged rotor
+loses a share of its thrust. Motors and thrust are linear in the simplified model; therefore the share multiplies the
+saturated voltage of the motor.
 """
 
 from collections.abc import Sequence
@@ -72,9 +72,9 @@ def observer_gains(bandwidth: float, h: float) -> ObserverGains:
 
 
 def predict_state(state: PlantState, torque: Torque, h: float, g: ObserverGains) -> tuple[PlantState, Torque]:
-    """Return what the plant's step has led to in ``h`` [s], with the unmodelled accelerations added and faded."""
-    moved = shift_motion(state, [0.5 * h * h * d for d in torque], [h * d for d in torque])
-    return moved, Torque(*(g.kept * d for d in torque))
+    """Return the plant's state after its step of ``h`` [s] with ``torque`` added, and ``torque`` after its decay."""
+    predicted = shift_motion(state, [0.5 * h * h * d for d in torque], [h * d for d in torque])
+    return predicted, Torque(*(g.kept * d for d in torque))
 
 
 def correct_state(
@@ -96,16 +96,16 @@ FIELDS = (*GAINS, "a_1", *DAMPINGS, *EFFECTS)
 CORRECTED = (
     *((BY_FIELD[field].name, BY_FIELD[field].unit) for field in FIELDS), ("rotor.front", "1"), ("rotor.rear", "1"),
 )  # fmt: skip
-"""Name and unit of what is corrected: parameters, and the rotors' shares of thrust, which are 1 without."""
+"""Name and unit of what is corrected: parameters, and each rotor's share of its thrust, which is 1 uncorrected."""
 
 
 def with_correction(p: PlantParameters, corrections: Sequence[float]) -> PlantParameters:
-    """Return ``p`` with the ``corrections`` of :data:`CORRECTED` added, but for those of the rotors' shares."""
+    """Return ``p`` with the ``corrections`` of :data:`CORRECTED` added, except those of the rotors' shares."""
     return p._replace(**{field: getattr(p, field) + c for field, c in zip(FIELDS, corrections, strict=False)})
 
 
 def with_share(voltage: float, share: float, limit: float) -> float:
-    """Return the ``voltage`` [V] that gives the ``share`` [1] of the thrust; ``limit`` of the voltage [V]."""
+    """Return the voltage [V] for a ``share`` [1] of the thrust of ``voltage``, which saturates at ``limit`` [V]."""
     if share == 1.0:
         return voltage
     return share * saturate(voltage, limit)

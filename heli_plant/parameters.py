@@ -1,7 +1,7 @@
-"""The plant's parameters: a table of what there is to know about each, and a set of their values.
+"""The plant's parameters: a table that describes each of them, and a set of their values.
 
-The fields carry the paper's symbols (Table 2) so that the equations read as printed; the structured names
-(``pitch.damping``) are what parameter sets, FMU variables and command lines use.
+The fields have the paper's symbols (Table 2), so that the equations look as printed. Parameter sets, FMU variables and
+command lines use the structured names (``pitch.damping``).
 """
 
 from collections import namedtuple
@@ -71,20 +71,21 @@ _GENERAL: tuple[_Row, ...] = (
 )  # fmt: skip
 
 
-def _of_effects() -> tuple[_Row, ...]:
-    """Parameters of the catalogue: ``effects.<name>.<axis>`` and ``effects.<name>.<shape>[.<axis>]``, all off."""
+def _effect_rows() -> tuple[_Row, ...]:
+    """Return those of the catalogue: ``effects.<name>.<axis>`` and ``effects.<name>.<shape>[.<axis>]``, all off."""
     rows: dict[str, _Row] = {}
-    for e in CATALOGUE:
-        rows[e.field] = (e.field, f"effects.{e.name}.{e.axis}", "c", e.unit, 0.0, e.lower, e.upper, e.law)
-        for s in e.shapes:
-            per_axis = s.field.endswith(f"_{e.axis}")
-            name = f"effects.{e.name}.{s.name}" + (f".{e.axis}" if per_axis else "")
+    for effect in CATALOGUE:
+        name = f"effects.{effect.name}.{effect.axis}"
+        rows[effect.field] = (effect.field, name, "c", effect.unit, 0.0, effect.lower, effect.upper, effect.law)
+        for s in effect.shapes:
+            is_per_axis = s.field.endswith(f"_{effect.axis}")
+            name = f"effects.{effect.name}.{s.name}" + (f".{effect.axis}" if is_per_axis else "")
             rows[s.field] = (s.field, name, s.symbol, s.unit, s.default, s.lower, s.upper, s.description)
     return tuple(rows.values())
 
 
-def _of_tables() -> tuple[_Row, ...]:
-    """Parameters of the tabulated torques, ``table.<axis>.<what>``, all off."""
+def _table_rows() -> tuple[_Row, ...]:
+    """Return the parameters of the tabulated torques, ``table.<axis>.<what>``, all off."""
     numbers = ", ".join(f"{number}: {name}" for number, name in enumerate(VARIABLES, start=1))
     units = ", ".join(dict.fromkeys(VARIABLES.values()))
     rows: list[_Row] = []
@@ -104,18 +105,18 @@ def _of_tables() -> tuple[_Row, ...]:
 
 _STOP: _Row = ("pitch_stop", "pitch.stop", "", "rad", 0.0, 0.0, 3.2, "stops of the pitch, plus and minus; 0: none")
 
-PARAMETERS = tuple(Parameter(*row) for row in (*_BASE, *_of_effects(), *_GENERAL, *_of_tables(), _STOP))
+PARAMETERS = tuple(Parameter(*row) for row in (*_BASE, *_effect_rows(), *_GENERAL, *_table_rows(), _STOP))
 """Every parameter, in the order of the fields."""
 
 BY_NAME: dict[str, Parameter] = {row.name: row for row in PARAMETERS}
 BY_FIELD: dict[str, Parameter] = {row.field: row for row in PARAMETERS}
 
-_named: Any = namedtuple  # the fields are no literals, which is all that a type checker knows
+_named: Any = namedtuple  # a type checker only knows fields that are literals
 _Values: Any = _named("_Values", BY_FIELD, defaults=[row.default for row in PARAMETERS])
 
 
 class PlantParameters(_Values):
-    """Every number that the plant's right-hand side reads, in SI units; defaults: Table 2, all effects off."""
+    """All parameters of the plant, in SI units; defaults: Table 2, all effects off."""
 
     __slots__ = ()
 
@@ -128,7 +129,7 @@ _Slots: Any = type("_Slots", (), {"__slots__": PlantParameters._fields})
 
 
 def in_slots(parameters: PlantParameters) -> PlantParameters:
-    """Return the values in slots, which the interpreter reads eight times faster than a tuple's named fields."""
+    """Return the values in slots, which Python reads eight times faster than the named fields of a tuple."""
     slots = _Slots()
     for field, value in parameters._asdict().items():
         setattr(slots, field, value)

@@ -6,15 +6,15 @@ voltages at the step's start, middle and end are known before the mechanical sta
 
 The ADO (active disturbance) is a mass that a lead screw moves along the arm. At the position x [m] from its middle the
 mass shifts a_1 by ado_offset x and a_e by ado_stiffness x. It follows its command at the lead screw's speed, between
-the ends of its travel; over one integration step it counts as standing where it arrives.
+the ends of its travel; during an integration step it is at the position that it reaches at the end.
 
 **Differential equation** x' = f(t, x, u), for model exchange and linear models:
 
     x = (theta, epsilon, lambda, theta', epsilon', lambda', nu_f, nu_r, q, q')      :data:`STATES`
     u = (v_f, v_r, x_m)                                                            voltages [V], the ADO's mass [m]
 
-with eq. (9) as nu_i' = (u_i - nu_i) / T_m behind saturation. It has no input delay, no encoders and no lead screw: the
-ADO's mass stands where x_m says, within its travel.
+with eq. (9) as nu_i' = (u_i - nu_i) / T_m after saturation. It has no input delay, no encoders and no lead screw: the
+ADO's mass is at x_m, within its travel.
 """
 
 from typing import Any
@@ -41,19 +41,19 @@ STOP_RATE = 50.0
 
 
 def mass_after(position: float, command: float, h: float, p: PlantParameters) -> float:
-    """Position [m] of the mass after ``h`` [s] on its way from ``position`` to ``command`` [m]."""
+    """Return the position [m] of the mass after ``h`` [s] on its way from ``position`` to ``command`` [m]."""
     return position + saturate(saturate(command, p.ado_travel) - position, p.ado_speed * h)
 
 
 def stop_acceleration(pitch: float, rate: float, limit: float) -> float:
-    """Pitch acceleration [rad/s^2] by mechanical stops at plus and minus ``limit`` [rad].
+    """Return the pitch acceleration [rad/s^2] by mechanical stops at plus and minus ``limit`` [rad].
 
-    Beyond the limit a critically damped spring pushes back, and never pulls. At a rate w [rad/s] the pitch runs into it
-    by w / (e STOP_RATE) and does not bounce.
+    Beyond the limit a critically damped spring pushes back, and never pulls. A pitch that arrives at a rate w [rad/s]
+    goes beyond the limit by w / (e STOP_RATE) and does not bounce.
     """
-    beyond = pitch - saturate(pitch, limit)
-    push = -STOP_RATE * (STOP_RATE * beyond + 2.0 * rate)
-    return push if push * beyond < 0.0 else 0.0
+    excess = pitch - saturate(pitch, limit)
+    push = -STOP_RATE * (STOP_RATE * excess + 2.0 * rate)
+    return push if push * excess < 0.0 else 0.0
 
 
 def accelerations(
@@ -62,8 +62,8 @@ def accelerations(
 ) -> tuple[float, float, float]:  # fmt: skip
     """Return (theta'', epsilon'', lambda'') [rad/s^2]: the chosen model, the ADO, the effects that are switched on.
 
-    Time [s], angles [rad], rates [rad/s], thrust voltages [V], mass of the ADO [m], travel at which the cable is slack
-    [rad], ``switches`` from :func:`heli_plant.laws.switched_on`; ``p`` may be a NumPy record with the same fields.
+    Time [s], angles [rad], rates [rad/s], thrust voltages [V], ADO's mass position [m], travel where the cable is slack
+    [rad], ``switches`` from :func:`heli_plant.laws.switched_on`. ``p`` may be a NumPy record of these fields.
     """
     if p.general_model > 0.5:
         a_th, a_ep, a_la = general_accelerations(th, ep, w_th, w_ep, w_la, mu_diff, mu_sum, p)
@@ -101,7 +101,7 @@ def bending_step(
 def step(
     state: PlantState, v_front: float, v_rear: float, mass_command: float, t: float, h: float, p: PlantParameters
 ) -> PlantState:
-    """Return the state ``h`` [s] after ``t`` [s], under voltages [V] that arrive: :func:`advance` delays them.
+    """Return the state ``h`` [s] after ``t`` [s] under voltages [V] at the motors; :func:`advance` applies the delay.
 
     ``mass_command`` is the commanded position of the ADO's mass [m]; ``p`` may be a NumPy record with the same fields.
     """
@@ -110,12 +110,12 @@ def step(
     hh, t_mid, t_end = 0.5 * h, t + 0.5 * h, t + h
     x = mass_after(x, mass_command, h, p)
 
-    share = decay_factor(hh, motor_time_constant(p))
+    decay = decay_factor(hh, motor_time_constant(p))
     u_front, u_rear = motor_input(v_front, p), motor_input(v_rear, p)
-    if share == 0.0:  # without a lag the voltage jumps at the step's start, not during its first half
+    if decay == 0.0:  # without a lag the voltage jumps at the step's start, not during its first half
         nu_front, nu_rear = u_front, u_rear
-    nu_front_mid, nu_rear_mid = approach(nu_front, u_front, share), approach(nu_rear, u_rear, share)
-    nu_front_end, nu_rear_end = approach(nu_front_mid, u_front, share), approach(nu_rear_mid, u_rear, share)
+    nu_front_mid, nu_rear_mid = approach(nu_front, u_front, decay), approach(nu_rear, u_rear, decay)
+    nu_front_end, nu_rear_end = approach(nu_front_mid, u_front, decay), approach(nu_rear_mid, u_rear, decay)
     d0, s0 = thrust_voltages(nu_front, nu_rear, t, p)
     d1, s1 = thrust_voltages(nu_front_mid, nu_rear_mid, t_mid, p)
     d2, s2 = thrust_voltages(nu_front_end, nu_rear_end, t_end, p)
@@ -177,17 +177,17 @@ def advance(
 
 
 def rigid_start(state: PlantState, p: PlantParameters) -> PlantState:
-    """Return ``state``, whose elevation the encoder reads, with the bending mode at rest under the motors' voltages."""
+    """Return ``state``, whose elevation is the encoder's, with the bending mode at rest under the motors' voltages."""
     if not bends(p):
         return state
     _, mu_sum = thrust_voltages(state.nu_front, state.nu_rear, 0.0, p)
-    at_zero = bending_acceleration(0.0, 0.0, mu_sum, p)
-    bending = at_zero / (at_zero - bending_acceleration(1.0, 0.0, mu_sum, p))  # the law is linear in q
+    at_zero = bending_acceleration(0.0, 0.0, mu_sum, p)  # the law is linear in q
+    bending = at_zero / (at_zero - bending_acceleration(1.0, 0.0, mu_sum, p))
     return state._replace(elevation=state.elevation - bending, bending=bending, bending_rate=0.0)
 
 
 def measured_angles(state: PlantState) -> tuple[float, float, float]:
-    """Pitch, elevation and travel [rad] as the encoders' shafts turn: the elevation with the arm's bending."""
+    """Return pitch, elevation and travel [rad] of the encoders' shafts; the elevation includes the arm's bending."""
     return state.pitch, state.elevation + state.bending, state.travel
 
 
@@ -201,7 +201,7 @@ def rates_of_change(
     t: float, th: float, ep: float, la: float, w1: float, w2: float, w3: float, nu_front: float, nu_rear: float,
     q: float, w_q: float, v_front: float, v_rear: float, mass_position: float, cable_rest: float, p: PlantParameters,
 ) -> tuple[float, float, float, float, float, float, float, float, float, float]:  # fmt: skip
-    """Return x' at the time ``t`` [s] in the order of :data:`STATES`; lagged voltages count only with a lag."""
+    """Return x' at the time ``t`` [s] in the order of :data:`STATES`; without a lag it ignores lagged voltages."""
     u_front, u_rear = motor_input(v_front, p), motor_input(v_rear, p)
     time_constant = motor_time_constant(p)
     if time_constant > 0.0:
@@ -218,5 +218,5 @@ def rates_of_change(
 def measured_motion(
     th: float, ep: float, la: float, w1: float, w2: float, w3: float, q: float, w_q: float
 ) -> tuple[float, float, float, float, float, float]:
-    """Return what the shafts show: pitch, elevation with the arm's bending, travel [rad], and their rates [rad/s]."""
+    """Return angles [rad] and rates [rad/s] of the encoders' shafts; the elevation includes the arm's bending."""
     return th, ep + q, la, w1, w2 + w_q, w3

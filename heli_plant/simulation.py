@@ -4,8 +4,8 @@ The filter's loop runs over the samples of a record with the plant's own step,
 
     x+ = RK4(x, v; p) + G d + (h^2/2, h) b,    d+ = F d,    n+ = phi n,    y = angle + n,    e = y - y_hat,
 
-and corrects state, torque d and the encoder's error n by the innovation e. b is what else acts: a constant torque,
-and sines. With gains of zero the plant runs alone.
+and corrects state, torque d and the encoder's error n by the innovation e. b are further torques: a constant one and
+sines. With gains of zero the plant runs alone.
 
 A record has ``time`` (N,) [s], ``inputs`` (N, 2) [V], ``angles`` (N, 3) [rad], ``step`` [s] and ``start`` (12,), the
 state at its first sample.
@@ -36,10 +36,7 @@ def _filter(
     time: Any, inputs: Any, angles: Any, first: int, last: int, carry: Any, h: float, p: Any, gains: Any, local: Any,
     harmonics: Any, innovations: Any, motion: Any,
 ) -> None:  # fmt: skip
-    """Fill ``innovations`` (last - first, 3) and ``motion``, the first m states (same or 0, m), after the correction.
-
-    ``carry`` (21) is the state before.
-    """
+    """Fill ``innovations`` (last - first, 3) and ``motion`` (same or 0, m): the first m states after the correction."""
     state = PlantState(
         carry[0], carry[1], carry[2], carry[3], carry[4], carry[5],
         carry[6], carry[7], carry[8], carry[9], carry[10], carry[11],
@@ -48,9 +45,9 @@ def _filter(
     b, x, w = np.empty(3), np.empty(3), np.empty(3)
     for k in range(first, last):
         i, row = k - first, min(k, len(local) - 1)
-        e, read = innovations[i], measured_angles(state)
+        e, predicted = innovations[i], measured_angles(state)
         for a in range(3):
-            e[a] = angles[k, a] - read[a] - n[a]
+            e[a] = angles[k, a] - predicted[a] - n[a]
             x[a], w[a] = gains[a, 0] * e[a], gains[a, 1] * e[a]
             d[a], c[a] = d[a] + gains[a, 2] * e[a], c[a] + gains[a, 3] * e[a]
             b[a] = local[row, a]
@@ -75,26 +72,23 @@ def _filter(
 def _accelerations(
     time: Any, inputs: Any, motion: Any, first: int, carry: Any, h: float, plants: Any, out: Any
 ) -> None:  # fmt: skip
-    """Fill ``out`` (3, m, n): accelerations of m plants at the middle of each step along ``motion`` (n, 6).
-
-    ``carry`` (m, 3) holds the lagged voltages before the first of them and the cable's rest.
-    """
+    """Fill ``out`` (3, m, n); the arguments are those of :func:`run_accelerations`."""
     half = 0.5 * h
     for j in range(len(plants)):
         p, front, rear = plants[j], carry[j, 0], carry[j, 1]
-        switches, share = switched_on(p), decay_factor(half, motor_time_constant(p))
+        switches, decay = switched_on(p), decay_factor(half, motor_time_constant(p))
         for i in range(len(motion)):
             k = first + i
             v_front, v_rear = delayed_input(time, inputs, k, time[k], h, p)
             u_front, u_rear = motor_input(v_front, p), motor_input(v_rear, p)
-            front, rear = approach(front, u_front, share), approach(rear, u_rear, share)
+            front, rear = approach(front, u_front, decay), approach(rear, u_rear, decay)
             mu_diff, mu_sum = thrust_voltages(front, rear, time[k] + half, p)
             w1, w2, w3 = motion[i, 3], motion[i, 4], motion[i, 5]
             out[0, j, i], out[1, j, i], out[2, j, i] = accelerations(
                 time[k] + half, motion[i, 0] + half * w1, motion[i, 1] + half * w2, motion[i, 2] + half * w3,
                 w1, w2, w3, mu_diff, mu_sum, 0.0, carry[j, 2], switches, p,
             )  # fmt: skip
-            front, rear = approach(front, u_front, share), approach(rear, u_rear, share)
+            front, rear = approach(front, u_front, decay), approach(rear, u_rear, decay)
         carry[j, 0], carry[j, 1] = front, rear
 
 
@@ -104,10 +98,10 @@ def run_filter(
 ) -> Array:  # fmt: skip
     """Run the filter over samples ``first`` to ``last`` of a record; return ``carry``, changed in place.
 
-    ``carry``, shape (21,), is the state behind the last sample: the plant's, then d, its companion and n of all axes;
-    None at the record's beginning. ``gains``, shape (3, 14), are of every axis K of angle, rate, d and companion, F,
-    K of n, phi, and G, matrices row by row. ``local`` are further torques [rad/s^2], shape (3,) or one row a sample,
-    (N, 3).
+    ``carry``, shape (21,), is the state after the last sample: that of the plant, then d, its companion and n of all
+    axes; None at the record's beginning. Each row of ``gains``, shape (3, 14), holds for one axis: K of angle, rate, d
+    and companion, F, K of n, phi, and G, matrices row by row. ``local`` are further torques [rad/s^2], shape (3,), or
+    (N, 3) with one row for each sample.
     """
     if carry is None:
         start = rigid_start(PlantState(*(float(value) for value in record.start)), parameters)
@@ -123,17 +117,17 @@ def run_filter(
 def simulate(
     voltages: ArrayLike, h: float, start: ArrayLike, parameters: PlantParameters, torque: Array | None = None
 ) -> tuple[Array, Array]:
-    """Simulate the plant alone, ``voltages`` (N, 2) [V] held ``h`` [s] each and further ``torque`` [rad/s^2].
+    """Simulate the plant alone under ``voltages`` (N, 2) [V], held ``h`` [s] each, and a further ``torque`` [rad/s^2].
 
     ``start`` is the state at t = 0 with the elevation that the encoder reads. Returns states (N, 12) and angles (N, 3)
-    [rad] as the encoders' shafts turn, without quantisation. ValueError: shapes do not fit.
+    [rad] of the encoders' shafts, without quantisation. ValueError: shapes do not fit.
     """
     voltages = read_only(voltages)
     count = len(voltages)
     if voltages.shape != (count, 2):
         raise ValueError(f"voltages of shape {voltages.shape} must be (N, 2)")
-    time, still_angles = np.arange(count) * float(h), np.zeros((count, 3))
-    record = SimpleNamespace(step=float(h), time=time, inputs=voltages, angles=still_angles, start=start)
+    time, angles = np.arange(count) * float(h), np.zeros((count, 3))
+    record = SimpleNamespace(step=float(h), time=time, inputs=voltages, angles=angles, start=start)
     torque = np.zeros(3) if torque is None else torque
     errors, states = np.empty((count, 3)), np.empty((count, STATES))
     run_filter(record, parameters, ALONE, torque, np.empty((0, 4)), 0, count, None, errors, states)
@@ -143,16 +137,17 @@ def simulate(
 def run_alone(
     inputs: Array, step: float, start: Array, parameters: PlantParameters, torque: Array | None = None
 ) -> Array:
-    """Angles (N, 3) [rad] of :func:`simulate`."""
+    """Return the angles (N, 3) [rad] of :func:`simulate`."""
     return simulate(inputs, step, start, parameters, torque)[1]
 
 
 def run_accelerations(
     record: Any, plants: Sequence[PlantParameters], motion: Array, first: int = 0, carry: Array | None = None
 ) -> tuple[Array, Array]:
-    """Accelerations (3, m, n) [rad/s^2] of m plants along a motion (n, 6), and ``carry`` (m, 3).
+    """Return the accelerations (3, m, n) [rad/s^2] of m plants at the middle of each step along a motion (n, 6).
 
-    ``carry`` is changed in place; None at the record's beginning. Accelerations are those at the middle of each step.
+    The second result is ``carry`` (m, 3), changed in place: the lagged voltages [V] after the last step, and the travel
+    at which the cable is slack [rad]; None at the record's beginning.
     """
     if carry is None:
         carry = np.tile([record.start[6], record.start[7], record.start[11]], (len(plants), 1))

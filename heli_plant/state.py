@@ -1,4 +1,4 @@
-"""State of the plant: angles, rates, motors, bending mode, ADO."""
+"""The plant's state: angles, rates, motors, bending mode, ADO."""
 
 from math import cos
 from typing import Any, NamedTuple
@@ -7,7 +7,7 @@ from .parameters import PlantParameters
 
 
 class PlantState(NamedTuple):
-    """Everything the plant remembers between steps: angles [rad], their rates [rad/s], and what is named below."""
+    """Everything the plant remembers between steps; angles in [rad], their rates in [rad/s]."""
 
     pitch: float = 0.0
     elevation: float = 0.0
@@ -36,12 +36,12 @@ def start_state(
     pitch: float, elevation: float, travel: float, v_front: float = 0.0, v_rear: float = 0.0,
     rates: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> PlantState:  # fmt: skip
-    """State at the start of a record: motors settled at the first voltages [V], cable slack at the first travel."""
+    """Return the state at a record's start: motors settled at these voltages [V], cable slack at this travel [rad]."""
     return PlantState(pitch, elevation, travel, rates[0], rates[1], rates[2], v_front, v_rear, cable_rest=travel)
 
 
 def rest_state(parameters: PlantParameters, mu_sum: float = 0.0) -> PlantState:
-    """Rest of pitch and elevation in the simplified model under equal rotors with nu_f + nu_r = ``mu_sum`` [V]."""
+    """Return the state in which the simplified model rests under equal rotors with nu_f + nu_r = ``mu_sum`` [V]."""
     lift = parameters.k_z * mu_sum * cos(parameters.theta0)
     elevation = (lift - parameters.a_1) / parameters.a_e
     return start_state(parameters.theta0, elevation, 0.0, 0.5 * mu_sum, 0.5 * mu_sum)

@@ -5,12 +5,12 @@ periods of input delay, the controller reads the angles of t_k while u_k is held
 
     x_{k+1} = F x_k + G u_{k-m} + L (y_k - C x_k)                  the estimate, one period ahead
     z_{k+1} = z_k + h (s_k - r_k)                                  integrals of elevation and of travel or pitch
-    x~      = x_{k+1} through F and G by u_{k+1-m} ... u_k         what these voltages still have to do
+    x~      = x_{k+1} through F and G by u_{k+1-m} ... u_k         the estimate when these voltages have arrived
     u_{k+1} = N r_k - K x~ - K_z z_{k+1}                           clipped to the motors' limit
 
-x holds pitch, elevation, travel, their rates, and the lagged voltages of both motors. The estimate is told the voltages
-that the motors got, so nothing winds up in it where they saturate; an integral stops while it would drive a voltage
-further beyond its limit. The period between reading and acting, and the input delay, are in the prediction.
+x holds pitch, elevation, travel, their rates, and the lagged voltages of both motors. The estimate uses the voltages
+after saturation, so it does not wind up. An integral stops while it would drive a voltage further beyond its limit. The
+prediction includes the period between reading and acting, and the input delay.
 
 Source: K. J. Astrom and B. Wittenmark, Computer-Controlled Systems, 1997, sections 4.5 (delays), 11.3 and 11.4.
 """
@@ -21,8 +21,8 @@ from typing import Any, NamedTuple, TypeVar
 from .errors import PlantError
 from .motor import saturate
 
-MOST_DELAY = 8  # most periods of input delay: the controller keeps the voltages of so many periods
-EARLY = 1e-6
+MOST_DELAY = 8  # largest input delay in periods: the controller keeps the voltages of so many periods
+PERIOD_TOLERANCE = 1e-6
 """A sample is due this share of a period before its instant, because communication points k H have rounding errors."""
 
 
@@ -74,7 +74,7 @@ def repeat_row(row: _Row) -> Eight[_Row]:
 
 
 class FeedbackSettings(NamedTuple):
-    """The controller of this module's head, its matrices row by row; by default it holds both rotors at ``hover``."""
+    """Settings of the controller above, with matrices row by row; by default it holds both rotors at ``hover``."""
 
     transition: Eight[Motion] = repeat_row(Motion())  # F
     drive: Eight[Rotors] = repeat_row(Rotors())  # G
@@ -99,78 +99,78 @@ class FeedbackState(NamedTuple):
     before: Eight[Rotors]  # those one to eight periods ago
 
 
-class Held(NamedTuple):
-    """A controller between its samples."""
+class SampledFeedback(NamedTuple):
+    """The controller between two samples."""
 
     state: FeedbackState
-    samples: int  # taken so far
-    v_front: float  # voltages that it shows [V]
+    samples: int  # number of samples so far
+    v_front: float  # voltages at its outputs [V]
     v_rear: float
 
 
 def start_feedback(pitch: float, elevation: float, travel: float, s: FeedbackSettings) -> FeedbackState:
-    """State without a history: the rig rests at the angles [rad], its voltages are those of the operating point."""
-    still = Motion(pitch - s.point.pitch, elevation - s.point.elevation, travel - s.point.travel)
-    return FeedbackState(still, Pair(), Rotors(), repeat_row(Rotors()))
+    """Return the first state: the rig rests at these angles [rad] under the voltages of the operating point."""
+    deviation = Motion(pitch - s.point.pitch, elevation - s.point.elevation, travel - s.point.travel)
+    return FeedbackState(deviation, Pair(), Rotors(), repeat_row(Rotors()))
 
 
-def start_holding(pitch: float, elevation: float, travel: float, s: FeedbackSettings) -> Held:
-    """State before the first sample; the voltages are those of the operating point."""
+def start_sampled_feedback(pitch: float, elevation: float, travel: float, s: FeedbackSettings) -> SampledFeedback:
+    """Return the controller before its first sample; its voltages are those of the operating point."""
     v_front, v_rear = saturate(s.hover.front, s.voltage_limit), saturate(s.hover.rear, s.voltage_limit)
-    return Held(start_feedback(pitch, elevation, travel, s), 0, v_front, v_rear)
+    return SampledFeedback(start_feedback(pitch, elevation, travel, s), 0, v_front, v_rear)
 
 
 def sample_and_hold(
-    held: Held, time: float, step: float, angles: Angles, references: tuple[float, float, float], added: Rotors,
-    s: FeedbackSettings,
-) -> Held:  # fmt: skip
-    """Take a sample if one is due at ``time`` [s] since the start; show at its end what a step of ``step`` [s] reaches.
+    held: SampledFeedback, time: float, step: float, angles: Angles, references: tuple[float, float, float],
+    added: Rotors, s: FeedbackSettings,
+) -> SampledFeedback:  # fmt: skip
+    """Return the controller after a step of ``step`` [s] from ``time`` [s] since the start, with a sample if it is due.
 
-    Voltages wait until the sampling instant after that of their angles, however short the step is. PlantError if they
-    are not finite, or the step is longer than a period.
+    New voltages appear at the sampling instant after that of their angles, however short the step is. PlantError if
+    they are not finite, or if the step is longer than a period.
     """
-    if step > (1.0 + EARLY) * s.period:
+    if step > (1.0 + PERIOD_TOLERANCE) * s.period:
         raise PlantError(
             f"a step of {step:g} s leaves out samples of sample.time = {s.period:g} s; take steps no longer"
         )
     state, samples = held.state, held.samples
-    if time >= (samples - EARLY) * s.period:
+    if time >= (samples - PERIOD_TOLERANCE) * s.period:
         state = feedback_step(state, angles.pitch, angles.elevation, angles.travel, references, added, s)
         samples = samples + 1
     if not isfinite(state.now.front + state.now.rear):
         raise PlantError(f"no finite voltages follow at {time:g} s; check the transition and innovation matrices")
-    if time + step >= (samples - EARLY) * s.period:
-        return Held(state, samples, s.hover.front + state.now.front, s.hover.rear + state.now.rear)
-    return Held(state, samples, held.v_front, held.v_rear)
+    if time + step >= (samples - PERIOD_TOLERANCE) * s.period:
+        return SampledFeedback(state, samples, s.hover.front + state.now.front, s.hover.rear + state.now.rear)
+    return SampledFeedback(state, samples, held.v_front, held.v_rear)
 
 
 def feedback_step(
     state: FeedbackState, pitch: float, elevation: float, travel: float, references: tuple[float, float, float],
     added: Rotors, s: FeedbackSettings,
 ) -> FeedbackState:  # fmt: skip
-    """Return the state after a period; ``now`` in it is what the voltages of the next one are beside ``hover`` [V].
+    """Return the state one period later; its ``now`` is what to add to ``hover`` in the next period [V].
 
-    Angles and ``references`` [rad]; of pitch and travel the one that is controlled counts. An excitation is ``added``.
+    Angles and ``references`` [rad]; of pitch and travel only the controlled one counts. ``added`` is an excitation [V].
     """
     x, angles = state.estimate, (pitch, elevation, travel)
-    wrong = Angles._make([y - point - own for y, point, own in zip(angles, s.point, x[:3], strict=True)])
-    moved = _advance_motion(x, _delayed_voltages(state, s.delay), s)
-    ahead = Motion._make([own + _dot(L, wrong) for own, L in zip(moved, s.innovation, strict=True)])
-    late = ahead  # the estimate at which the voltages that are under way have arrived
+    innovation = Angles._make([y - point - angle for y, point, angle in zip(angles, s.point, x[:3], strict=True)])
+    predicted = _advance_motion(x, _delayed_voltages(state, s.delay), s)
+    estimate = Motion._make([x_i + _dot(L, innovation) for x_i, L in zip(predicted, s.innovation, strict=True)])
+    delayed = estimate  # the estimate when the voltages on their way have arrived
     for k in range(s.delay):
-        late = _advance_motion(late, _delayed_voltages(state, s.delay - 1 - k), s)
-    asked = Pair(references[1] - s.point.elevation, _other_deviation(references[0], references[2], s))
-    errors = Pair(elevation - references[1], _other_deviation(pitch, travel, s) - asked.other)
+        delayed = _advance_motion(delayed, _delayed_voltages(state, s.delay - 1 - k), s)
+    reference = Pair(references[1] - s.point.elevation, _other_deviation(references[0], references[2], s))
+    errors = Pair(elevation - references[1], _other_deviation(pitch, travel, s) - reference.other)
     old = state.integrals
-    before = Rotors._make(
+    unlimited = Rotors._make(
         [
-            more + _dot(N, asked) - _dot(K, late) - _dot(K_z, old)
-            for more, N, K, K_z in zip(added, s.reference, s.gain, s.integral, strict=True)
+            excitation + _dot(N, reference) - _dot(K, delayed) - _dot(K_z, old)
+            for excitation, N, K, K_z in zip(added, s.reference, s.gain, s.integral, strict=True)
         ]
     )
     integrals = Pair._make(
         [
-            z if _drives_beyond(before, Rotors(of_front, of_rear), error, s) else z + s.period * error
+            z if _drives_beyond(unlimited, Rotors(of_front, of_rear), error, s) else z + s.period * error
             for z, error, of_front, of_rear in zip(old, errors, s.integral[0], s.integral[1], strict=True)
         ]
     )
@@ -178,10 +178,10 @@ def feedback_step(
     now = Rotors._make(
         [
             saturate(hover + u - _dot(K_z, change), s.voltage_limit) - hover
-            for hover, u, K_z in zip(s.hover, before, s.integral, strict=True)
+            for hover, u, K_z in zip(s.hover, unlimited, s.integral, strict=True)
         ]
     )
-    return FeedbackState(ahead, integrals, now, (state.now, *state.before[:-1]))
+    return FeedbackState(estimate, integrals, now, (state.now, *state.before[:-1]))
 
 
 def _advance_motion(x: Motion, u: Rotors, s: FeedbackSettings) -> Motion:
@@ -190,7 +190,7 @@ def _advance_motion(x: Motion, u: Rotors, s: FeedbackSettings) -> Motion:
 
 
 def _delayed_voltages(state: FeedbackState, periods: int) -> Rotors:
-    """Voltages [V] of so many periods ago."""
+    """Return the voltages [V] of so many periods ago."""
     for age, voltages in enumerate((state.now, *state.before)):
         if age >= periods:
             return voltages
@@ -198,19 +198,19 @@ def _delayed_voltages(state: FeedbackState, periods: int) -> Rotors:
 
 
 def _other_deviation(of_pitch: float, of_travel: float, s: FeedbackSettings) -> float:
-    """Deviation of the other controlled angle [rad]."""
+    """Return the deviation of the second controlled angle, travel or pitch [rad]."""
     return of_travel - s.point.travel if s.travel_enabled else of_pitch - s.point.pitch
 
 
 def _drives_beyond(u: Rotors, gains: Rotors, error: float, s: FeedbackSettings) -> bool:
-    """Whether an integral that grows with ``error`` drives a voltage further beyond its limit."""
+    """Return whether an integral that grows with ``error`` drives a voltage further beyond its limit."""
     front, rear = s.hover.front + u.front, s.hover.rear + u.rear
     beyond_front, beyond_rear = front - saturate(front, s.voltage_limit), rear - saturate(rear, s.voltage_limit)
     return -gains.front * error * beyond_front > 0.0 or -gains.rear * error * beyond_rear > 0.0
 
 
 def _dot(row: Any, x: Any) -> float:
-    """Product of a row and a vector of the same names, added from left to right."""
+    """Return the product of a row and a vector, added from left to right."""
     total = 0.0
     for a, b in zip(row, x, strict=True):
         total = total + a * b

@@ -1,6 +1,6 @@
 """The master: it runs a scenario of the wiring table on built units.
 
-``run`` steps the units in this process, ``run_apart`` in a process of its own. Callers should prefer the latter
+``run`` steps the units in this process, ``run_apart`` in a separate one. Callers should prefer the latter
 (:mod:`fmu_src.master.process` says why); it loads no FMI tools into their process.
 """
 

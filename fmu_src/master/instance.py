@@ -1,10 +1,10 @@
-"""One unit under the master: its FMU unpacked and loaded, its life, and where its inputs and outputs lie.
+"""One unit under the master: its FMU unpacked and loaded, its calls from first to last, its inputs and outputs.
 
-Every answer but that to terminate is checked, status and log: a pythonfmu unit cannot refuse a set call by its status.
-Anything worse than a warning becomes a MasterError that names unit, call and time and quotes the unit's messages.
+After every call except terminate both status and log are checked, because a pythonfmu unit cannot refuse a set call by
+its status. Anything worse than a warning becomes a MasterError that names unit, call and time and quotes the messages.
 
-Loading a unit runs its code with the rights of the user; nothing here can prevent that. What is prevented is that a
-mere archive writes outside of its folder or fills the disk, and that its description reads other files.
+Loading a unit runs its code with the rights of the user; nothing here can prevent that. But an archive cannot write
+outside its folder or fill the disk, and its description cannot read other files.
 """
 
 from __future__ import annotations
@@ -36,32 +36,32 @@ Array = NDArray[np.float64]
 WARNING = 1
 _STATUSES = ("ok", "warning", "discard", "error", "fatal", "pending")
 
-_WANTED = {"Real": "a number", "Integer": "a whole number", "Boolean": "true or false", "String": "text"}
+_TYPE_WORDS = {"Real": "a number", "Integer": "a whole number", "Boolean": "true or false", "String": "text"}
 
-_HEARD: dict[int, Instance] = {}  # by component environment: fmpy's logger proxy serves one callback per process
+_INSTANCES: dict[int, Instance] = {}  # by component environment: fmpy's logger proxy serves one callback per process
 
 
-def _hear(environment: int | None, _name: bytes, status: int, _category: bytes, message: bytes) -> None:
+def _receive_message(environment: int | None, _name: bytes, status: int, _category: bytes, message: bytes) -> None:
     """Logger callback of every instance."""
-    unit = _HEARD.get(environment or 0)
+    unit = _INSTANCES.get(environment or 0)
     if unit is not None:
         unit.messages.append(message.decode("utf-8", "replace"))
         unit.worst[0] = max(unit.worst[0], status)
 
 
-_LOGGER = fmi2CallbackLoggerTYPE(_hear)
+_LOGGER = fmi2CallbackLoggerTYPE(_receive_message)
 
-WATCHES: list[Callable[[], object]] = []  # called whenever the units have answered, for those who wait for that
+WATCHDOGS: list[Callable[[], object]] = []  # each call restarts a watchdog, which ends the process if a unit hangs
 
 
-def alive() -> None:
-    """Tell those who wait that the units have answered."""
-    for watch in WATCHES:
-        watch()
+def restart_watchdogs() -> None:
+    """Restart all watchdogs, because the units have answered."""
+    for restart in WATCHDOGS:
+        restart()
 
 
 def unpack(name: str, fmu: Path, folder: Path) -> Any:
-    """Unpack an FMU from anywhere and return its model description, or raise MasterError if it cannot be run."""
+    """Unpack an FMU of any origin and return its model description, or raise MasterError if it cannot be run."""
     try:
         check_zip(fmu)
         fmpy.extract(str(fmu), str(folder))
@@ -74,51 +74,51 @@ def unpack(name: str, fmu: Path, folder: Path) -> Any:
             kind = "model exchange" if description.coSimulation is None else "co-simulation"
             raise ValueError(f"it is for FMI {description.fmiVersion} {kind}, FMI 2.0 co-simulation is needed")
     except Exception as error:  # fmpy raises whatever its parsers raise on damaged archives and descriptions
-        said = " ".join(str(error).split()) or type(error).__name__
-        raise MasterError(f"the FMU of {name}, {fmu}, cannot be used: {said[:300]}") from error
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise MasterError(f"the FMU of {name}, {fmu}, cannot be used: {reason[:300]}") from error
     return description
 
 
 class Instance:
-    """An instantiated unit, with its name in the scenario; its FMU is unpacked into ``folder``, which is new."""
+    """An instantiated unit, with its name in the scenario; its FMU is unpacked into the new folder ``folder``."""
 
     def __init__(self, name: str, fmu: Path, folder: Path) -> None:
-        alive()
+        restart_watchdogs()
         self.name, self.folder = name, str(folder)
-        self.messages: list[str] = []  # what it has logged
+        self.messages: list[str] = []  # its log
         self.worst = np.zeros(1, dtype=np.int64)  # the worst status of a message
         self.description = unpack(name, fmu, folder)
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
         self.outputs = [v for v in self.variables.values() if v.causality == "output" and v.type == "Real"]
-        _HEARD[id(self)] = self
+        _INSTANCES[id(self)] = self
         try:
             self.slave = self._call(
                 "load", 0.0, FMU2Slave, instanceName=name, guid=self.description.guid, unzipDirectory=self.folder,
                 modelIdentifier=self.description.coSimulation.modelIdentifier,
             )  # fmt: skip
-            self.play = getattr(self.slave.dll, "heli_play", None)  # the loop in C, of units in C of this project
+            self.play = getattr(self.slave.dll, "heli_play", None)  # the loop in C, of native units of this project
             if (folder / "resources" / "slavemodule.txt").is_file():
-                self._give_resources_as_they_are()
-            usual = defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory
-            callbacks = fmi2CallbackFunctions(_LOGGER, *usual, componentEnvironment=id(self))
+                self._pass_plain_resource_path()
+            memory = defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory
+            callbacks = fmi2CallbackFunctions(_LOGGER, *memory, componentEnvironment=id(self))
             addLoggerProxy(byref(callbacks))
             self._call("instantiate", 0.0, self.slave.instantiate, callbacks=callbacks, loggingOn=True)
         except BaseException:
             self.close()
             raise
 
-    def _give_resources_as_they_are(self) -> None:
-        """Give a unit of pythonfmu its folder as it is: it would undo %20 alone of a URI, and crash on ü or #."""
+    def _pass_plain_resource_path(self) -> None:
+        """Pass a pythonfmu unit a plain path: of a URI it would decode %20 alone, and crash on ü or #."""
         if "%20" in self.folder:
-            said = f"{self.name} cannot be unpacked into {self.folder}: its library takes %20 in a path for a blank"
-            raise MasterError(f"{said}; set TMPDIR to another folder")
+            problem = f"{self.name} cannot be unpacked into {self.folder}: its library takes %20 in a path for a blank"
+            raise MasterError(f"{problem}; set TMPDIR to another folder")
         call = self.slave.fmi2Instantiate
         self.slave.fmi2Instantiate = lambda name, kind, guid, resources, *rest: call(
             name, kind, guid, unquote_to_bytes(resources), *rest
         )
 
     def check(self, call: str, time: float, status: int = 0) -> None:
-        """Raise MasterError if the answer to ``call`` at ``time`` [s], or one in the log, is worse than a warning."""
+        """Raise MasterError if the status of ``call`` at ``time`` [s], or one in the log, is worse than a warning."""
         worst = status if status > WARNING else self.worst[0]
         if worst > WARNING:
             word = _STATUSES[worst] if worst < len(_STATUSES) else f"status {worst}"
@@ -133,8 +133,8 @@ class Instance:
             self.check(call, time, problem.status)
             raise
         except Exception as problem:  # fmpy raises a bare Exception when a unit cannot be loaded or instantiated
-            said = "; ".join([str(problem), *self.messages])
-            raise MasterError(f"{self.name}.{call} at t = {time:g} s: {said}") from problem
+            reason = "; ".join([str(problem), *self.messages])
+            raise MasterError(f"{self.name}.{call} at t = {time:g} s: {reason}") from problem
         self.check(call, time)
         return value
 
@@ -150,58 +150,60 @@ class Instance:
 
     def initialise(self, parameters: Mapping[str, Value], start: float, stop: float) -> None:
         """Set the parameters and enter initialisation mode at ``start`` [s]."""
-        alive()
+        restart_watchdogs()
         self._call("setupExperiment", start, self.slave.setupExperiment, startTime=start, stopTime=stop)
         for name, value in parameters.items():
             variable = self.variable(name, "parameter")
             kind, setter = TYPES[variable.type], getattr(self.slave, f"set{variable.type}")
             # the unit checks the range; here only what cannot be converted to the variable's type
             if isinstance(value, str) != (kind is str) or (kind is int and not float(value).is_integer()):
-                raise MasterError(f"{self.name}.{name} = {value!r} must be {_WANTED[variable.type]}")
+                raise MasterError(f"{self.name}.{name} = {value!r} must be {_TYPE_WORDS[variable.type]}")
             self._call(f"set {name}", start, setter, [variable.valueReference], [kind(value)])
         self._call("enterInitializationMode", start, self.slave.enterInitializationMode)
 
     def finish_initialisation(self, start: float) -> None:
         """Leave initialisation mode."""
-        alive()
+        restart_watchdogs()
         self._call("exitInitializationMode", start, self.slave.exitInitializationMode)
 
     def reset(self) -> None:
-        """Set the unit back to where it was when it was instantiated."""
+        """Set the unit back to its state after instantiation."""
         self.messages.clear()
         self.worst[0] = 0
         self._call("reset", 0.0, self.slave.reset)
 
     def connect(self, inputs: list[str], fed: Array, outputs: list[str], shown: Array) -> None:
-        """Let inputs, by ``unit.variable``, take their values from ``fed``, and outputs put theirs into ``shown``."""
-        ins, outs = (
+        """Connect inputs, by ``unit.variable``, to their values in ``fed``, and outputs to those in ``shown``."""
+        input_references, output_references = (
             np.array([self.variable(name.partition(".")[2], causality).valueReference for name in names], np.uint32)
             for names, causality in ((inputs, "input"), (outputs, "output"))
         )
-        self._arrays = ins, fed, outs, shown, self.worst  # they have to live as long as their addresses are known
-        at = [array.ctypes.data for array in self._arrays]
+        self._arrays = input_references, fed, output_references, shown, self.worst  # keep what the addresses point to
+        ins, fed_at, outs, shown_at, worst = (array.ctypes.data for array in self._arrays)
         # fmpy's own methods copy every number twice
         self._step, self._set, self._get = (self.slave.dll[f"fmi2{call}"] for call in ("DoStep", "SetReal", "GetReal"))
         step, put, get = (cast(call, c_void_p).value for call in (self._step, self._set, self._get))
-        self.row = self.slave.component, step, put, at[0], len(ins), at[1], get, at[2], len(outs), at[3], at[4]
-        self._component = c_void_p(self.slave.component)
-        self._to_set = self._component, c_void_p(at[0]), c_size_t(len(ins)), c_void_p(at[1])
-        self._to_get = self._component, c_void_p(at[2]), c_size_t(len(outs)), c_void_p(at[3])
+        component, n, m = self.slave.component, len(inputs), len(outputs)
+        # a Linked of native/c/fmi2.c
+        self.loop_row = component, step, put, ins, n, fed_at, get, outs, m, shown_at, worst
+        self._component = c_void_p(component)
+        self._set_arguments = self._component, c_void_p(ins), c_size_t(n), c_void_p(fed_at)
+        self._get_arguments = self._component, c_void_p(outs), c_size_t(m), c_void_p(shown_at)
 
-    def put_inputs(self, time: float) -> None:
+    def set_inputs(self, time: float) -> None:
         """Set the connected inputs at ``time`` [s]."""
-        self.check("setReal", time, self._set(*self._to_set))
+        self.check("setReal", time, self._set(*self._set_arguments))
 
     def advance(self, time: float, step: float) -> None:
-        """Take a step from ``time`` on, both in [s]."""
+        """Take a step of ``step`` [s] from ``time`` [s]."""
         self.check("doStep", time, self._step(self._component, c_double(time), c_double(step), 1))
 
     def get_outputs(self, time: float) -> None:
         """Get the connected outputs at ``time`` [s]."""
-        self.check("getReal", time, self._get(*self._to_get))
+        self.check("getReal", time, self._get(*self._get_arguments))
 
     def close(self) -> None:
-        """Free the instance and its folder; a refusal to terminate neither costs results nor hides why a run failed."""
+        """Free the instance and its folder; a refusal to terminate is ignored: it must not hide why a run failed."""
         try:
             slave: Any = getattr(self, "slave", None)
             if getattr(slave, "component", None):
@@ -209,5 +211,5 @@ class Instance:
                     slave.terminate()
                 slave.freeInstance()
         finally:
-            del _HEARD[id(self)]
+            del _INSTANCES[id(self)]
             shutil.rmtree(self.folder, ignore_errors=True)

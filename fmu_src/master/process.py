@@ -1,9 +1,9 @@
-"""Run the master in a process of its own.
+"""Run the master in a separate process.
 
 pythonfmu's binary uses freed memory when the interpreter exits (its issue 229), so that the process sometimes aborts
 after the results are complete. The child therefore writes its result, flushes, and leaves by ``os._exit``, which skips
-the interpreter's own end. The parent never loads an FMU and survives whatever happens to the child: a crash, an exit,
-a call that never returns. The child ends with its parent, however that ends.
+the end of the interpreter. The parent never loads an FMU and survives whatever happens to the child: a crash, an exit,
+a call that never returns. The child ends when its parent ends, for whatever reason.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from ..variables import Value
 from ..wiring import Scenario
 from .result import Result
 
-PATIENCE = 120.0  # longest time without an answer of a unit to a call or to a thousand steps [s]; it hangs then
+PATIENCE = 120.0  # a unit that does not answer a call or a thousand steps for so long hangs [s]
 
 
 def run_apart(
@@ -40,7 +40,7 @@ def run_apart(
     fmus: Mapping[str, str | Path] | None = None,
     **more: Any,
 ) -> Result:
-    """Run a scenario as :func:`fmu_src.master.run` does, in a process of its own.
+    """Run a scenario as :func:`fmu_src.master.run` does, in a separate process.
 
     MasterError is also raised if the child ends without a result, or a unit hangs.
     """
@@ -69,12 +69,12 @@ def run_apart(
             return answer
         hung = folder / "hung"
         files = [str(file) for file in (fmus or {}).values()]
-        said = (folder / "errors").read_bytes()
-        raise MasterError(_describe_end(process.returncode, said, hung.is_file() and hung.stat().st_size > 0, files))
+        printed = (folder / "errors").read_bytes()
+        raise MasterError(_describe_end(process.returncode, printed, hung.is_file() and hung.stat().st_size > 0, files))
 
 
 def _describe_end(code: int, printed: bytes, hung: bool, files: list[str]) -> str:
-    """Say how a child ended that gave no answer."""
+    """Return a sentence on how a child without an answer has ended."""
     if hung:
         how = f"a unit gave no answer within {PATIENCE:g} s and was ended"
     elif code < 0:
@@ -88,14 +88,14 @@ def _describe_end(code: int, printed: bytes, hung: bool, files: list[str]) -> st
 
 
 def main() -> NoReturn:
-    """Run in the child: the folder of the first argument holds the order, and gets the answer."""
+    """Run in the child: the first argument is the folder that contains the order and gets the answer."""
     Thread(target=lambda: os._exit(len(os.read(0, 1))), daemon=True).start()  # as soon as the parent has ended
     from . import instance, loop  # load FMI tools
 
     folder = Path(sys.argv[1])
     order = pickle.loads((folder / "order").read_bytes())
     with open(folder / "hung", "w") as hung:
-        instance.WATCHES.append(partial(faulthandler.dump_traceback_later, PATIENCE, exit=True, file=hung))
+        instance.WATCHDOGS.append(partial(faulthandler.dump_traceback_later, PATIENCE, exit=True, file=hung))
         try:
             answer: Result | FmuError = loop.run(**order)
         except FmuError as error:

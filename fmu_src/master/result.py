@@ -1,4 +1,4 @@
-"""The result of a run: the recorded outputs of all units at every communication point; the bands of many runs."""
+"""The result of a run: the recorded outputs of all units at every communication point, and the bands of many runs."""
 
 from __future__ import annotations
 
@@ -16,15 +16,12 @@ from ..errors import WiringError
 
 
 class Bands(NamedTuple):
-    """Where 95 % of the varied runs lie at every recorded instant."""
+    """The bands that contain 95 % of the varied runs at every recorded instant."""
 
-    low: NDArray[np.float64]
+    low: NDArray[np.float64]  # lower ends of the band of each output, shape (N, M)
     high: NDArray[np.float64]
-    """low, high: Ends of the band of each output, shape (N, M)."""
-    runs: int
-    """Varied runs that came to their end."""
-    refused: tuple[str, ...]
-    """One sentence per run that a unit refused."""
+    runs: int  # varied runs that were completed
+    refused: tuple[str, ...]  # one sentence per run that a unit refused
 
 
 @dataclass(frozen=True, eq=False)

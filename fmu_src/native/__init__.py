@@ -1,9 +1,9 @@
-"""Native twins: the units translated from the same Python source to C, which needs no Python on the host.
+"""Native units: translated from the same Python source to C, so that the host needs no Python.
 
     build("HelicopterPlant", "build", native=True)          FMI 2.0, binaries and sources
 
-:mod:`.translator` turns the typed subset of Python into C99, the folder ``c`` holds what is written by hand: the life
-of a unit, its memory, the functions of FMI, and for each unit which variable goes where.
+:mod:`.translator` translates a typed subset of Python to C99. The folder ``c`` contains the code written by hand: the
+calls of a unit, its memory, the functions of FMI, and for each unit the connection of variables and functions.
 """
 
 from .builder import NATIVE_UNITS, controller_sources

@@ -1,7 +1,7 @@
-"""What an FMU holds of a unit in C.
+"""The files of a unit in C.
 
-The sources (C by hand, the translation, tables from the unit's definition), the description by which an importer
-compiles them, and binaries for every platform that a compiler is at hand for. Names, causalities and start values are
+They are the sources (written by hand, translated, or generated from the unit's definition), the description with which
+an importer compiles them, and binaries for every platform with a compiler. Names, causalities and start values are
 those of the pythonfmu unit.
 """
 
@@ -27,49 +27,51 @@ from .translator.types import Struct, annotation_type
 from .translator.values import quote
 
 NATIVE_UNITS = tuple(DEFINITIONS)
-"""Units that have a native twin; the others run in Python only."""
+"""Units that exist in C; the others run in Python only."""
 
 RUNTIME = ("arithmetic.h", "memory.h", "memory.c", "unit.h", "unit.c", "values.c", "state.c", "exchange.c", "fmi.h")
 HEADERS = {2: ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
            3: ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h")}  # fmt: skip
-"""Files in C that every unit has, and headers of the standard, which fmpy carries."""
+"""Files in C of every unit, and headers of the standard, which are part of fmpy."""
 
 
 def native_unit(
     kind: type[SlaveBase], variables: tuple[Variable, ...], fmi: int, all_platforms: bool, model_exchange: bool
 ) -> tuple[dict[str, bytes], dict[str, Any]]:
-    """Return what an FMU holds of a unit with these start values, and what :func:`.description.describe` has to say.
+    """Return the files of a unit with these start values, and the arguments of :func:`.description.describe`.
 
     The arguments are those of :func:`fmu_src.build`.
     """
     unit = kind.__name__
     if unit not in DEFINITIONS:
-        having = ", ".join(DEFINITIONS)
-        raise BuildError(f"{unit} runs in Python only; there is C for {having}. Leave native away for it")
+        names = ", ".join(DEFINITIONS)
+        raise BuildError(f"{unit} runs in Python only; there is C for {names}. Leave native away for it")
     exchange = DEFINITIONS[unit].exchange if model_exchange else None
     if model_exchange and exchange is None:
-        having = ", ".join(name for name, definition in DEFINITIONS.items() if definition.exchange)
-        raise BuildError(f"{unit} has no model exchange, because it works at sampling instants; {having} has")
+        names = ", ".join(name for name, definition in DEFINITIONS.items() if definition.exchange)
+        raise BuildError(f"{unit} has no model exchange, because it works at sampling instants; {names} has")
     variables += exchange.variables if exchange else ()
     sources = _sources(kind, variables, fmi, exchange)
     token = content_guid(sources)  # the same one on every machine
     sources["token.c"] = f'#include "unit.h"\n\nconst char UNIT_TOKEN[] = {quote(token)};\n'
     compiled = sorted(name for name in sources if name.endswith(".c"))
-    built = compile_all(sources, unit, fmi, all_platforms)
-    entries = built | {f"sources/{name}": text.encode() for name, text in sources.items()}
+    binaries = compile_all(sources, unit, fmi, all_platforms)
+    entries = binaries | {f"sources/{name}": text.encode() for name, text in sources.items()}
     entries["sources/buildDescription.xml"] = render_xml("buildDescription.xml", identifier=unit, compiled=compiled)
-    platforms = ", ".join(sorted(path.split("/")[1] for path in built)) or "no platform"
+    platforms = ", ".join(sorted(path.split("/")[1] for path in binaries)) or "no platform"
     states = len(exchange.states) if exchange else 0
-    said = {"fmi": fmi, "tool": TOOL, "platforms": platforms, "sources": compiled, "states": states}
-    return entries, {"variables": variables, "token": token, **said}
+    return entries, {
+        "variables": variables, "token": token, "fmi": fmi, "tool": TOOL, "platforms": platforms, "sources": compiled,
+        "states": states,
+    }  # fmt: skip
 
 
 @cache
-def _model(unit: str, exchanged: bool) -> tuple[str, str]:
+def _model(unit: str, with_exchange: bool) -> tuple[str, str]:
     """Return model.h and model.c: the translation of a unit's functions."""
     definition = DEFINITIONS[unit]
     translation = Translation(definition.externals)
-    exchange = definition.exchange if exchanged else None
+    exchange = definition.exchange if with_exchange else None
     for entry in (*definition.entries, *(exchange.entries if exchange else ())):
         translation.translate_entry(*(entry if isinstance(entry, tuple) else (entry,)))
     if definition.settings is not None:
@@ -80,19 +82,19 @@ def _model(unit: str, exchanged: bool) -> tuple[str, str]:
 def _sources(
     unit: type[SlaveBase], variables: Sequence[Variable], fmi: int, exchange: Exchange | None
 ) -> dict[str, str]:
-    """Return every source of a unit by its file name, but for that of its token."""
+    """Return every source of a unit by its file name, except that of its token."""
     definition = DEFINITIONS[unit.__name__]
-    own = [*RUNTIME, f"fmi{fmi}.c", *definition.files, *([exchange.file] if exchange else [])]
-    found = {name: files(__package__).joinpath("c", name).read_text(encoding="utf-8") for name in own}
-    found |= {name: files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8") for name in HEADERS[fmi]}
-    found["model.h"], found["model.c"] = _model(unit.__name__, exchange is not None)
+    names = [*RUNTIME, f"fmi{fmi}.c", *definition.files, *([exchange.file] if exchange else [])]
+    sources = {name: files(__package__).joinpath("c", name).read_text(encoding="utf-8") for name in names}
+    sources |= {name: files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8") for name in HEADERS[fmi]}
+    sources["model.h"], sources["model.c"] = _model(unit.__name__, exchange is not None)
     settings = getattr(definition.settings, "__name__", None)
-    found["variables.h"] = render("variables.h.j2", variables=variables, settings=settings, reference=reference)
-    found["variables.c"] = render(
+    sources["variables.h"] = render("variables.h.j2", variables=variables, settings=settings, reference=reference)
+    sources["variables.c"] = render(
         "variables.c.j2", unit=unit, variables=variables, exchanged=exchange is not None, longest_step=LONGEST_STEP,
         clock_tolerance=CLOCK_TOLERANCE, quoted=quote, number=lambda value: repr(float(value)),
     )  # fmt: skip
-    return found
+    return sources
 
 
 def reference(name: str) -> str:
@@ -109,16 +111,16 @@ def controller_sources(settings: FeedbackSettings) -> dict[str, str]:
     translation.translate_entry(start_feedback)
     translation.translate_entry(feedback_step)
     translation.define_type(Struct(FeedbackSettings))
-    own = functions(translation, is_alone=True)
+    code = functions(translation, is_alone=True)
     return {
         "controller.h": render_types("controller.h.j2", translation, period=f"{settings.period:g}"),
-        "controller.c": render("controller.c.j2", functions=own, settings=_constant(settings)),
+        "controller.c": render("controller.c.j2", functions=code, settings=_constant(settings)),
     }
 
 
 def _constant(value: Any) -> str:
-    """Return a tuple of numbers as an initialiser."""
+    """Return a number, or nested tuples of numbers, as an initialiser in C."""
     if isinstance(value, tuple):
-        deep = any(isinstance(part, tuple) for part in value)
-        return f"{{{(',' + (chr(10) + '    ' if deep else ' ')).join(map(_constant, value))}}}"
+        separator = ",\n    " if any(isinstance(item, tuple) for item in value) else ", "
+        return f"{{{separator.join(map(_constant, value))}}}"
     return str(value).lower() if isinstance(value, bool) else repr(value)

@@ -1,4 +1,4 @@
-"""The native twins of the units: which functions are translated, and which variables they read."""
+"""The units in C: which functions are translated for each of them, and which files are written by hand."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from ..variables import Variable
 
 @dataclass(frozen=True)
 class Exchange:
-    """What Model Exchange adds to a unit."""
+    """Model Exchange of a unit."""
 
     file: str  # in C; it connects the translated functions with states, rates and slopes
-    entries: tuple[Any, ...]  # functions that it calls, as those of Definition
+    entries: tuple[Any, ...]  # functions that it calls, as in Definition
     states: tuple[tuple[str, str, float], ...]  # name, unit and nominal value of each continuous state
 
     @property
     def variables(self) -> tuple[Variable, ...]:
-        """The states, which stand behind the unit's variables, and behind them their derivatives."""
+        """The states, which follow the unit's variables, and then their derivatives."""
         states = tuple(
             Variable(f"state.{name}", "local", f"continuous state: {name.replace('_', ' ')}", unit=unit, nominal=size)
             for name, unit, size in self.states
@@ -40,22 +40,22 @@ class Exchange:
 
 @dataclass(frozen=True)
 class Definition:
-    """The native twin of a unit."""
+    """A unit in C."""
 
     files: tuple[str, ...]  # in C; the first connects the translated functions with the unit's variables
-    entries: tuple[Any, ...] = ()  # functions that it calls; in a tuple with the types that its annotations do not say
+    entries: tuple[Any, ...] = ()  # functions that it calls; in a tuple with types that replace or add annotations
     settings: type | None = None  # struct that is filled from the variables that name a field of it
-    memory: Any = type(None)  # annotation of what the unit remembers between steps
-    externals: Mapping[Callable[..., Any], str] = field(default_factory=dict)  # names of functions written in C
+    memory: Any = type(None)  # annotation of the unit's memory between steps
+    externals: Mapping[Callable[..., Any], str] = field(default_factory=dict)  # names in C of functions by hand
     exchange: Exchange | None = None
 
 
-_OF_PLANT = {"p": PlantParameters}
+_PARAMETERS = {"p": PlantParameters}
 _MOTION = dict.fromkeys(("th", "ep", "la", "w1", "w2", "w3", "q", "w_q"), Dual)
 _PLANT_EXCHANGE = Exchange(
     "plant_exchange.c",
     (
-        plant.rates_of_change, (laws.next_step_time, {"time": float} | _OF_PLANT),
+        plant.rates_of_change, (laws.next_step_time, {"time": float} | _PARAMETERS),
         (
             plant.rates_of_change,
             _MOTION | dict.fromkeys(("nu_front", "nu_rear", "v_front", "v_rear", "mass_position"), Dual),
@@ -64,14 +64,14 @@ _PLANT_EXCHANGE = Exchange(
     ),
     plant.STATES,
 )  # fmt: skip
-"""HelicopterPlant as a differential equation, with slopes by its states and its continuous inputs."""
+"""HelicopterPlant as a differential equation, with slopes by states and continuous inputs."""
 
 DEFINITIONS = {
     "HelicopterPlant": Definition(
         ("plant.c", "plant.h"),
         (
             communication.start_memory, communication.communicate, communication.is_finite, communication.read_sensors,
-            state.start_state, (laws.motor_time_constant, _OF_PLANT), (laws.input_delay, _OF_PLANT),
+            state.start_state, (laws.motor_time_constant, _PARAMETERS), (laws.input_delay, _PARAMETERS),
             slave_base.check_length,
         ),
         PlantParameters,
@@ -97,9 +97,12 @@ DEFINITIONS = {
     ),
     "StateFeedback": Definition(
         ("state_feedback.c",),
-        (state_feedback.sample_and_hold, state_feedback.start_holding, control.step_references, motor.saturate),
+        (
+            state_feedback.sample_and_hold, state_feedback.start_sampled_feedback, control.step_references,
+            motor.saturate,
+        ),
         state_feedback.FeedbackSettings,
-        state_feedback.Held | None,
+        state_feedback.SampledFeedback | None,
     ),
     "Exciter": Definition(
         ("exciter.c", "mersenne.c"),

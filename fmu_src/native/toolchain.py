@@ -42,12 +42,12 @@ WINDOWS = Platform(
 MAC = Platform("darwin64", "x86_64-darwin", ".dylib", "x86_64-macos")
 ARM_LINUX = Platform("", "aarch64-linux", ".so", "aarch64-linux-gnu.2.17", ("aarch64-linux-gnu-gcc",))
 ARM_MAC = Platform("", "aarch64-darwin", ".dylib", "aarch64-macos")
-PLATFORMS = (LINUX, WINDOWS)  # platforms that every native unit is compiled for where a compiler is at hand
+PLATFORMS = (LINUX, WINDOWS)  # every native unit is compiled for these if there is a compiler
 ALL_PLATFORMS = (*PLATFORMS, MAC, ARM_LINUX, ARM_MAC)  # FMI 2.0 has no name for those on ARM
 
 
 def _machine() -> Platform | None:
-    """Return the platform of this machine, if it is one of them."""
+    """Return the platform of this machine, or None if it is another one."""
     return {("linux", "x86_64"): LINUX, ("win32", "AMD64"): WINDOWS}.get((sys.platform, platform.machine()))
 
 
@@ -60,23 +60,23 @@ def find_compiler(target: Platform) -> list[str] | None:
     zig = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig_target] if has_zig else None
     if target is LINUX and (has_zig or _machine() is not LINUX):
         return zig
-    own = next(filter(None, map(shutil.which, target.system_compilers)), None)
-    return [own] if own else zig
+    compiler = next(filter(None, map(shutil.which, target.system_compilers)), None)
+    return [compiler] if compiler else zig
 
 
 def missing_compilers(all_platforms: bool = False) -> str | None:
-    """Return one sentence on the platforms that there is no compiler for, or None."""
-    wanted = ALL_PLATFORMS if all_platforms else PLATFORMS
-    missing = [target.fmi2 or target.fmi3 for target in wanted if find_compiler(target) is None]
+    """Return one sentence on the platforms without a compiler, or None."""
+    targets = ALL_PLATFORMS if all_platforms else PLATFORMS
+    missing = [target.fmi2 or target.fmi3 for target in targets if find_compiler(target) is None]
     if not missing:
         return None
     return f"there is no C compiler for {' and '.join(missing)}, the units hold sources for them only; {_ADVICE}."
 
 
 def runs_here() -> bool:
-    """Whether the units are built for this machine."""
-    here = _machine()
-    return here is not None and find_compiler(here) is not None
+    """Return whether the units are compiled for this machine."""
+    machine = _machine()
+    return machine is not None and find_compiler(machine) is not None
 
 
 def compile_library(sources: Mapping[str, str], target: Platform, library: str) -> bytes:
@@ -85,23 +85,23 @@ def compile_library(sources: Mapping[str, str], target: Platform, library: str) 
     with draft_folder() as folder:
         for name, text in sources.items():
             Path(folder, name).write_text(text, encoding="utf-8")
-        words = [*command, *FLAGS, *target.flags]
+        arguments = [*command, *FLAGS, *target.flags]
         if target is WINDOWS:
-            words.append("-Wl,--no-insert-timestamp" if "ziglang" not in command else "-Wl,/Brepro")
-        words += ["-o", library, *(name for name in sources if name.endswith(".c")), "-lm"]
-        done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            raise BuildError(f"{command[0]} cannot compile {library}: {done.stderr.strip()[-1000:]}")
+            arguments.append("-Wl,--no-insert-timestamp" if "ziglang" not in command else "-Wl,/Brepro")
+        arguments += ["-o", library, *(name for name in sources if name.endswith(".c")), "-lm"]
+        result = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)
+        if result.returncode != 0:
+            raise BuildError(f"{command[0]} cannot compile {library}: {result.stderr.strip()[-1000:]}")
         return Path(folder, library).read_bytes()
 
 
-def compile_all(sources: Mapping[str, str], identifier: str, fmi: int, all_platforms: bool = False) -> dict[str, bytes]:
-    """Return the libraries of every platform that a compiler is at hand for, by their path in the FMU."""
+def compile_all(sources: Mapping[str, str], identifier: str, fmi: int, all_platforms: bool) -> dict[str, bytes]:
+    """Return the libraries for every platform with a compiler, by their path in the FMU."""
 
     def entry(target: Platform) -> tuple[str, bytes]:
         name = f"{identifier}{target.suffix}"
         return f"binaries/{target.fmi2 if fmi == 2 else target.fmi3}/{name}", compile_library(sources, target, name)
 
-    wanted = [target for target in (ALL_PLATFORMS if all_platforms else PLATFORMS) if target.fmi2 or fmi == 3]
+    targets = [target for target in (ALL_PLATFORMS if all_platforms else PLATFORMS) if target.fmi2 or fmi == 3]
     with ThreadPoolExecutor() as pool:
-        return dict(pool.map(entry, [target for target in wanted if find_compiler(target) is not None]))
+        return dict(pool.map(entry, [target for target in targets if find_compiler(target) is not None]))

@@ -62,9 +62,9 @@ _SETTINGS = (
 )
 
 
-# Any: of a tuple of any length the translator would make a list of what it counts here
+# Any: from an annotation as a tuple the translator would make a list, but it must know the length here
 def output_values(estimate: online.IdentifierOutput, is_in_closed_loop: bool) -> Any:
-    """Return the outputs in their order."""
+    """Return the outputs in the order of the variables."""
     triples = zip(estimate.parameters, estimate.standard_errors, _UNITS, strict=True)
     return (
         *estimate.parameters,
@@ -84,7 +84,7 @@ def output_values(estimate: online.IdentifierOutput, is_in_closed_loop: bool) ->
 def check_estimate(
     estimate: online.ModelParameters, time: float, measured: tuple[float, float, float, float, float]
 ) -> None:
-    """Refuse an estimate that is not finite in the step from ``time`` [s] on; voltages and angles were ``measured``."""
+    """Refuse an estimate that is not finite in the step from ``time`` [s]; voltages and angles were ``measured``."""
     if not isfinite(online.total([*estimate])):
         v_front, v_rear, pitch, elevation, travel = measured
         raise Refusal(
@@ -94,7 +94,7 @@ def check_estimate(
 
 
 class AdaptiveIdentifier(SlaveBase):
-    """Samples its inputs every ``sample.time`` [s], independent of the communication step."""
+    """Samples its inputs every ``sample.time`` [s], independently of the communication step."""
 
     variables: ClassVar[tuple[Variable, ...]] = (
         *VOLTAGE_INPUTS, *ANGLE_INPUTS, *REFERENCE_INPUTS, *_OUTPUTS, *_SETTINGS,
@@ -118,7 +118,7 @@ class AdaptiveIdentifier(SlaveBase):
         self._show(online.before_samples(self.plan))
 
     def advance(self, time: float, step_size: float) -> None:
-        """Process the samples that are due up to ``time`` [s]; the inputs are those of ``time``."""
+        """Process the samples that are due up to ``time`` [s]; the inputs belong to ``time``."""
         v_front, v_rear, pitch, elevation, travel, of_pitch, of_elevation, of_travel = self.values[:8]
         measured, references = (v_front, v_rear, pitch, elevation, travel), (of_pitch, of_elevation, of_travel)
         if self.sampled is None:

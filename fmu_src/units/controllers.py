@@ -1,6 +1,6 @@
 """Controllers as units: PidController, three sampled PID loops, and StateFeedback, LQR or LQI with a Kalman filter.
 
-They read angles and an excitation that is added to the voltages, and have references with a step at a time.
+They read angles, and an excitation that is added to the voltages; their references may step at a given time.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from heli_plant.motor import saturate
 
 from ..slave_base import SlaveBase
 from ..variables import Variable, for_each, parameter, real_input, setting
-from .signals import ANGLE_INPUTS, AXES, EARLY, ROTORS, VOLTAGE_BOUND, voltage_outputs
+from .signals import ANGLE_INPUTS, AXES, ROTORS, TIME_TOLERANCE, VOLTAGE_BOUND, voltage_outputs
 
 
 def controller_variables(*voltages_depend_on: str) -> tuple[Variable, ...]:
-    """Return the first variables of a controller; a voltage (``{}``: its rotor) depends on parameters at the start."""
+    """Return the first variables of a controller; at the start a voltage (``{}``: its rotor) depends on parameters."""
     return (
         *ANGLE_INPUTS,
         *for_each(ROTORS, real_input, "excitation_{}", "V", VOLTAGE_BOUND, 1.0, "added to the {} voltage"),
@@ -33,16 +33,16 @@ class Controller(SlaveBase):
 
     def references_at(self, time: float) -> tuple[float, float, float]:
         """Return the references of pitch, elevation and travel [rad] at ``time`` [s]."""
-        pitch, elevation, travel, to_pitch, to_elevation, to_travel, step_time = self.values[7:14]
-        given, rises = (pitch, elevation, travel), (to_pitch, to_elevation, to_travel)
-        return control.step_references(given, rises, time - self.start_time, step_time - EARLY)
+        pitch, elevation, travel, pitch_step, elevation_step, travel_step, step_time = self.values[7:14]
+        references, steps = (pitch, elevation, travel), (pitch_step, elevation_step, travel_step)
+        return control.step_references(references, steps, time - self.start_time, step_time - TIME_TOLERANCE)
 
 
 _PID = control.PidSettings()
 _pid = partial(setting, _PID)
-_BY_ANGLE = (("proportional", "V/rad"), ("integral", "V/(rad s)"), ("derivative", "V s/rad"))
-_OF_TRAVEL = (("proportional", "1"), ("integral", "1/s"), ("derivative", "s"))
-_GAINS = [(axis, *row) for axis in AXES for row in (_OF_TRAVEL if axis == "travel" else _BY_ANGLE)]
+_VOLTAGE_GAINS = (("proportional", "V/rad"), ("integral", "V/(rad s)"), ("derivative", "V s/rad"))
+_TRAVEL_GAINS = (("proportional", "1"), ("integral", "1/s"), ("derivative", "s"))
+_GAINS = [(axis, *gain) for axis in AXES for gain in (_TRAVEL_GAINS if axis == "travel" else _VOLTAGE_GAINS)]
 
 
 class PidController(Controller):
@@ -92,7 +92,7 @@ _LARGEST = 1e6
 
 
 def _entries(matrix: str) -> tuple[Variable, ...]:
-    """Return the parameters that are the entries of a matrix, whose rows are those of the states or of the rotors."""
+    """Return the parameters that are the entries of a matrix, which has a row for each state or each rotor."""
     rows = getattr(_FEEDBACK, matrix)
     kind = state_feedback.Rotors if len(rows) == 2 else state_feedback.Motion
     return tuple(
@@ -101,16 +101,18 @@ def _entries(matrix: str) -> tuple[Variable, ...]:
             f"entry {_MATRICES[matrix]}: {row.replace('_', ' ')} by {column.replace('_', ' ')}",
             _entry_unit(matrix, row, column), -_LARGEST, _LARGEST,
         )
-        for number, (row, own) in enumerate(zip(kind._fields, rows, strict=True))
-        for column in own._fields
+        for number, (row, entries) in enumerate(zip(kind._fields, rows, strict=True))
+        for column in entries._fields
     )  # fmt: skip
 
 
 def _entry_unit(matrix: str, row: str, column: str) -> str:
-    """Return the unit of an entry of a matrix: that of its row over that of its column; the integrals' is [rad s]."""
-    above, below = _unit_of(row), "rad s" if matrix == "integral" else _unit_of(column)
+    """Return the unit of a matrix entry: that of its row over that of its column; an integral has [rad s]."""
+    row_unit, column_unit = _unit_of(row), "rad s" if matrix == "integral" else _unit_of(column)
+    if row_unit == column_unit:
+        return "1"
     short = {"rad/s/rad": "1/s", "rad/rad/s": "s", "V/rad/s": "V s/rad", "rad/s/V": "rad/(V s)", "V/rad s": "V/(rad s)"}
-    return "1" if above == below else short.get(f"{above}/{below}", f"{above}/{below}")
+    return short.get(f"{row_unit}/{column_unit}", f"{row_unit}/{column_unit}")
 
 
 def _unit_of(name: str) -> str:
@@ -134,13 +136,13 @@ class StateFeedback(Controller):
         _feedback("voltage_limit", "voltage_limit", "bound of each voltage", "V", 1e-6, VOLTAGE_BOUND),
         *(entry for matrix in _MATRICES for entry in _entries(matrix)),
     )  # fmt: skip
-    hidden = {"held": state_feedback.Held}
+    hidden = {"held": state_feedback.SampledFeedback}
     summary = "State feedback with a Kalman filter, of elevation and of travel or pitch: LQR, or LQI with integrals"
 
     def initialise(self, time: float) -> None:
         """Read the settings; show the voltages of the operating point."""
         self.feedback = self.settings(_FEEDBACK)
-        self.held: state_feedback.Held | None = None
+        self.held: state_feedback.SampledFeedback | None = None
         self.show(saturate(voltage, self.feedback.voltage_limit) for voltage in self.feedback.hover)
 
     def advance(self, time: float, step_size: float) -> None:
@@ -148,7 +150,9 @@ class StateFeedback(Controller):
         s = self.feedback
         pitch, elevation, travel, more_front, more_rear = self.values[:5]
         since, references = time - self.start_time, self.references_at(time)
-        held = state_feedback.start_holding(pitch, elevation, travel, s) if self.held is None else self.held
+        held = self.held
+        if held is None:
+            held = state_feedback.start_sampled_feedback(pitch, elevation, travel, s)
         angles, added = state_feedback.Angles(pitch, elevation, travel), state_feedback.Rotors(more_front, more_rear)
         self.held = state_feedback.sample_and_hold(held, since, step_size, angles, references, added, s)
         self.show((self.held.v_front, self.held.v_rear))

@@ -1,4 +1,4 @@
-"""Corrector: the twin that follows a rig, as a unit; it tells HelicopterPlant what to correct."""
+"""Corrector: the twin that follows a rig, as a unit; its outputs correct FollowingPlant."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..slave_base import SlaveBase, check_due
 from ..variables import Variable, for_each, output, parameter, real_input, setting
 from .signals import ANGLE_INPUTS, AXES, VOLTAGE_INPUTS
 
-_EARLY = 1e-6  # a sample is due this fraction of its period early: communication points k H have rounding errors
+_PERIOD_TOLERANCE = 1e-6  # a sample is due this share of a period early: communication points k H have rounding errors
 _INPUTS = (
     *VOLTAGE_INPUTS,
     *ANGLE_INPUTS,
@@ -58,14 +58,14 @@ _SETTINGS = (
 
 
 class Corrector(SlaveBase):
-    """Takes a sample every ``sample.time``; the pure step is that of the following twin."""
+    """Takes a sample every ``sample.time`` and gives it to the following twin."""
 
     variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS, *_OUTPUTS, *_SETTINGS)
     hidden = {"first": float, "state": following.CorrectorState, "reports": int, "last": following.Event}
     summary = "Notices in flight that a twin no longer fits its rig, names the change and corrects the twin"
 
     def initialise(self, time: float) -> None:
-        """Read the settings; show the start."""
+        """Read the settings; show the outputs at the start."""
         settings = self.settings(_DEFAULT)
         check_parameters(settings.parameters)
         self.plan = following.FollowPlan(settings)
@@ -86,9 +86,9 @@ class Corrector(SlaveBase):
             return
         check_due(time - self.first - (self.state.instants + 1) * period, period, time)
         state = self.state
-        while self.first + (state.instants + 1) * period <= time + _EARLY * period:
-            due_again = self.first + (state.instants + 2) * period <= time + _EARLY * period
-            state, events = following.correct(state, now._replace(fresh=0.0) if due_again else now, self.plan)
+        while self.first + (state.instants + 1) * period <= time + _PERIOD_TOLERANCE * period:
+            is_last = self.first + (state.instants + 2) * period > time + _PERIOD_TOLERANCE * period
+            state, events = following.correct(state, now if is_last else now._replace(fresh=0.0), self.plan)
             self.reports += len(events)
             self.last = events[-1] if events else self.last
         if state.instants > self.state.instants:
@@ -99,10 +99,10 @@ class Corrector(SlaveBase):
         twins, window = state.predictions, self.plan.window
         if twins.compared:
             errors = [*twins.used.rms(window), *twins.alone.rms(window)]
-        else:  # those of the last comparison stay
+        else:  # keep those of the last comparison
             errors = [self.value(f"{which}.{axis}") for which in ("error", "error_alone") for axis in AXES]
         pairs = zip(state.twin.values, self.plan.alone.values, strict=True)
-        shown = [
+        outputs = [
             *[value - start for value, start in pairs],
             *state.errors,
             *twins.used.predicted,
@@ -120,6 +120,6 @@ class Corrector(SlaveBase):
             event = self.last
             names = ["", *(change.name for change in self.plan.changes)]
             why = list(following.REASONS.values()).index((event.what, event.why))
-            shown += [following.WHAT.index(event.what) + 1.0, float(names.index(event.name)), why + 1.0]
-            shown += [event.value, event.standard_error, self.start_time + event.since]
-        self.show(shown)
+            outputs += [following.WHAT.index(event.what) + 1.0, float(names.index(event.name)), why + 1.0]
+            outputs += [event.value, event.standard_error, self.start_time + event.since]
+        self.show(outputs)

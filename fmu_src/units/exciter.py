@@ -11,7 +11,7 @@ from ..slave_base import SlaveBase
 from ..variables import Variable, parameter, setting
 from .signals import VOLTAGE_BOUND, voltage_outputs
 
-NONE, EXPERIMENT_1, EXPERIMENT_2, MULTISINE = 0, 1, 2, 3
+EXPERIMENT_1, EXPERIMENT_2, MULTISINE = 1, 2, 3
 CHANNELS: tuple[Channel, ...] = ("both", "difference", "total")
 _SIGNAL = Multisine()
 _multisine = partial(setting, _SIGNAL)
@@ -33,7 +33,7 @@ _PARAMETERS = (
 
 
 class Exciter(SlaveBase):
-    """Both voltages as a function of the time since the start; there is no hidden state."""
+    """Both voltages are functions of the time since the start; there is no hidden state."""
 
     variables: ClassVar[tuple[Variable, ...]] = (
         *voltage_outputs(*(variable.name for variable in _PARAMETERS)),

@@ -45,73 +45,70 @@ _SETTINGS = (
         for axis, count in _COUNTS._asdict().items()
     ),
 )  # fmt: skip
-PHYSICS = tuple(
+_PHYSICAL_PARAMETERS = tuple(
     parameter(row.name, row.default, row.description, row.unit, row.minimum, row.maximum, True, row.field)
     for row in PARAMETERS
 )
-"""The physical parameters, tunable."""
 
 
 class HelicopterPlant(SlaveBase):
     """The plant: ceil(H/h) equal Runge-Kutta steps over a communication step H, voltages held."""
 
-    variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS_AND_OUTPUTS, *_SETTINGS, *PHYSICS)
+    variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS_AND_OUTPUTS, *_SETTINGS, *_PHYSICAL_PARAMETERS)
     hidden = {"memory": PlantMemory}
     summary = "Bench helicopter (pitch, elevation, travel) driven by two motor voltages"
-    _given = slice(len(_INPUTS_AND_OUTPUTS) + len(_SETTINGS), None)  # values that the parameters follow from
-    _taken: list[float] | None = None
+    _physical = slice(len(_INPUTS_AND_OUTPUTS) + len(_SETTINGS), None)  # values that the parameters depend on
+    _corrections = slice(0, 0)  # values of the corrections; here there are none
+    _used_values: list[float] | None = None
 
     def initialise(self, time: float) -> None:
-        """Collect the parameters, place the plant at its initial state."""
-        self._take_parameters()
+        """Read the parameters and set the initial state."""
+        self._update_parameters()
         self.inner_step = self.value("solver.step")
         names = (*AXES, "v_front", "v_rear")
         pitch, elevation, travel, v_front, v_rear = (self.value(f"initial.{name}") for name in names)
         rates: Any = tuple([self.value(f"initial.{axis}_rate") for axis in AXES])
-        self.memory = start_memory(start_state(pitch, elevation, travel, v_front, v_rear, rates), self.parameters)
+        first = start_state(pitch, elevation, travel, v_front, v_rear, rates)
+        self.memory = start_memory(first, self.parameters)
         enabled = self.value("encoder.enabled")
         self.counts = EncoderCounts(*(self.value(f"encoder.counts_{axis}") if enabled else 0 for axis in AXES))
         self.show(read_sensors(self.memory.state, self.counts))
 
-    def _take_parameters(self) -> None:
-        """Read the parameters if they have changed since they were taken; they may be refused."""
-        given = self.values[self._given]
-        if given != self._taken:
-            self.parameters = in_slots(check_parameters(self._correct_parameters(self.settings(PlantParameters()))))
-            self.delay, self._taken = input_delay(self.parameters), given
-
-    def _correct_parameters(self, parameters: PlantParameters) -> PlantParameters:
-        """Return the parameters with their corrections, of which this unit has none."""
-        return parameters
+    def _update_parameters(self) -> None:
+        """Read the parameters if their values have changed; they may be refused."""
+        values = self.values[self._physical]
+        if values != self._used_values:
+            parameters, corrections = self.settings(PlantParameters()), self.values[self._corrections]
+            if any(corrections):
+                parameters = observer.with_correction(parameters, corrections)
+            self.parameters = in_slots(check_parameters(parameters))
+            self.delay, self._used_values = input_delay(self.parameters), values
 
     def advance(self, time: float, step_size: float) -> None:
         """Step the physics over [time, time + step_size] [s]."""
-        self._take_parameters()
+        self._update_parameters()
         v_front, v_rear = self.values[:2]
         self.memory = self._step(self.memory, v_front, v_rear, time, step_size)
         self.show(read_sensors(self.memory.state, self.counts))
 
     def _step(self, memory: PlantMemory, v_front: float, v_rear: float, time: float, step_size: float) -> PlantMemory:
-        """Return the memory one communication step later."""
+        """Return the memory after a communication step."""
         check_length(step_size, self.inner_step, time)
         try:
-            later = communicate(
+            new_memory = communicate(
                 memory, v_front, v_rear, self.values[2], time, self.start_time, step_size, self.inner_step, self.delay,
                 self.parameters,
             )  # fmt: skip
-            if is_finite(later.state):
-                return later
+            if is_finite(new_memory.state):
+                return new_memory
         except (ValueError, OverflowError):  # the sine of an infinite angle
             pass
         raise Refusal(f"the plant leaves the finite range in the step from t = {time:g} s")
 
 
-_LARGEST_CORRECTION = 100.0  # in the unit of what it corrects; the parameter's own range holds for the sum
-
-_CORRECTIONS = for_each(
-    observer.CORRECTED, real_input, "correction.{0}", "{1}", _LARGEST_CORRECTION, 1.0, "what is added to {0}"
-)
-_KEEPING = (
+# their bound is wide: the sum has to lie in the range of the parameter
+_CORRECTIONS = for_each(observer.CORRECTED, real_input, "correction.{0}", "{1}", 100.0, 1.0, "what is added to {0}")
+_OBSERVER_INPUTS = (
     *for_each(
         AXES, real_input, "measured.{}", "rad", ANGLE_BOUND, 1.0, "{} of the rig that the observer keeps the plant on"
     ),
@@ -121,39 +118,34 @@ _KEEPING = (
     ),
 )
 
-_CORRECTING = slice(-len(_CORRECTIONS) - len(_KEEPING), -len(_KEEPING))  # values of the corrections
-
 
 class FollowingPlant(HelicopterPlant):
     """The plant with an observer that keeps its state on a rig, and corrections of its parameters."""
 
-    variables: ClassVar[tuple[Variable, ...]] = (*HelicopterPlant.variables, *_CORRECTIONS, *_KEEPING)
+    variables: ClassVar[tuple[Variable, ...]] = (*HelicopterPlant.variables, *_CORRECTIONS, *_OBSERVER_INPUTS)
     hidden = {"memory": PlantMemory, "torque": observer.Torque}
     summary = "HelicopterPlant that follows a rig: an observer keeps its state there, a Corrector its parameters"
-    _given = slice(HelicopterPlant._given.start, -len(_KEEPING))
+    _physical = slice(HelicopterPlant._physical.start, -len(_OBSERVER_INPUTS))
+    _corrections = slice(-len(_CORRECTIONS) - len(_OBSERVER_INPUTS), -len(_OBSERVER_INPUTS))
 
     def initialise(self, time: float) -> None:
-        """Start as the plant, without unmodelled torques."""
+        """Start as HelicopterPlant does, without unmodelled torques."""
         super().initialise(time)
         self.torque = observer.Torque()
 
-    def _correct_parameters(self, parameters: PlantParameters) -> PlantParameters:
-        corrections = self.values[_CORRECTING]
-        return observer.with_correction(parameters, corrections) if any(corrections) else parameters
-
     def advance(self, time: float, step_size: float) -> None:
-        """Step the physics over [time, time + step_size] [s], from where the measured angles of ``time`` put it."""
-        self._take_parameters()
-        # the last corrections are those of the rotors' shares
-        front, rear, pitch, elevation, travel, fresh, bandwidth = self.values[-2 - len(_KEEPING) :]
+        """Correct the state by the measured angles of ``time`` [s]; step the physics to ``time + step_size``."""
+        self._update_parameters()
+        # the last two corrections are those of the rotors' shares
+        front, rear, pitch, elevation, travel, fresh, bandwidth = self.values[-2 - len(_OBSERVER_INPUTS) :]
         memory, torque, limit = self.memory, self.torque, self.parameters.v_max
         v_front, v_rear = map(observer.with_share, self.values[:2], (1.0 + front, 1.0 + rear), (limit, limit))
         if bandwidth > 0.0:
             gains = observer.observer_gains(bandwidth, step_size)
             if fresh > 0.5:
-                on_travel = observer.observer_gains(observer.TRAVEL_BANDWIDTH * bandwidth, step_size)
+                travel_gains = observer.observer_gains(observer.TRAVEL_BANDWIDTH * bandwidth, step_size)
                 angles = (pitch, elevation, travel)
-                state, torque = observer.correct_state(memory.state, torque, angles, (gains, gains, on_travel))
+                state, torque = observer.correct_state(memory.state, torque, angles, (gains, gains, travel_gains))
                 memory = memory._replace(state=state)
         memory = self._step(memory, v_front, v_rear, time, step_size)
         if bandwidth > 0.0:

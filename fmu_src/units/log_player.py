@@ -1,9 +1,9 @@
 """LogPlayer: a measured log as a unit; it feeds measured data to the identifier and the plant.
 
 The log is read with the standard library alone, because a host may have nothing else. Its grammar is strict and small,
-since the player in C (``native/c/player.c``) has the same one: lines that end in LF or CR LF, cells between commas,
-quotes around a whole cell ("" is a quote in it), decimal numbers with a point. Blank lines and blanks around cells do
-not count.
+because the player in C (``native/c/player.c``) has the same one: lines that end in LF or CR LF, cells between commas,
+quotes around a complete cell ("" is a quote in it), decimal numbers with a point. Blank lines and blanks around cells
+are ignored.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import ClassVar, NamedTuple
 from ..errors import Refusal
 from ..slave_base import SlaveBase
 from ..variables import Variable, parameter
-from .signals import AXES, EARLY, measured_outputs
+from .signals import AXES, TIME_TOLERANCE, measured_outputs
 
 _HEADERS = {
     "time": {"time [s]": 1.0},
@@ -30,7 +30,7 @@ _HEADERS = {
 _BLANKS = " \t\r\v\f"
 _CELL = re.compile(r'[ \t\r\v\f]*(?:"((?:[^"]|"")*)"[ \t\r\v\f]*|([^",]*))(,|\Z)')
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
-_SHOWN = 300  # characters of a text from the file that a message shows
+_QUOTED_LENGTH = 300  # characters of the file that a message quotes
 
 
 class Recording(NamedTuple):
@@ -41,7 +41,7 @@ class Recording(NamedTuple):
 
 
 class LogPlayer(SlaveBase):
-    """Shows at each time the log's latest row up to that time; after the end, the last row."""
+    """Shows at each time the last row of the log up to that time; after the end, the last row."""
 
     variables: ClassVar[tuple[Variable, ...]] = (
         *measured_outputs("log.path", "log.start"),
@@ -57,25 +57,25 @@ class LogPlayer(SlaveBase):
         self._show(time)
 
     def advance(self, time: float, step_size: float) -> None:
-        """Show the row of the end of the step."""
+        """Show the row for the end of the step."""
         self._show(time + step_size)
 
     def _show(self, time: float) -> None:
         since_first = time - self.start_time + self.value("log.start")
-        index = bisect_right(self.recording.times, since_first + EARLY) - 1
+        index = bisect_right(self.recording.times, since_first + TIME_TOLERANCE) - 1
         self.show(self.recording.rows[max(index, 0)])
 
 
 def read_recording(path: str) -> Recording:
-    """Read a CSV log, or raise Refusal, which names file, row and column, if it cannot be played."""
-    header, *lines = _contents(path).split("\n")
-    columns = _columns(path, header)
+    """Read a CSV log; Refusal, with file, row and column, if it cannot be played."""
+    header, *lines = _read_text(path).split("\n")
+    columns = _find_columns(path, header)
     times: list[float] = []
     rows: list[tuple[float, ...]] = []
     for number, line in enumerate(lines, 2):
         if not line.strip(_BLANKS):
             continue
-        cells, row = _cells(path, number, line), []
+        cells, row = _split_cells(path, number, line), []
         for text, index, factor in columns:
             cell = cells[index] if index < len(cells) else ""
             value = (float(cell) if _NUMBER.fullmatch(cell) else nan) * factor
@@ -83,8 +83,8 @@ def read_recording(path: str) -> Recording:
                 raise Refusal(f"the log {path}, row {number}, column '{text}': '{_ascii(cell)}' is not a finite number")
             row.append(value)
         if times and row[0] <= times[-1]:
-            said = f"time = {row[0]:g} s must be greater than {times[-1]:g} s, the time of the row before"
-            raise Refusal(f"the log {path}, row {number}: {said}")
+            problem = f"time = {row[0]:g} s must be greater than {times[-1]:g} s, the time of the row before"
+            raise Refusal(f"the log {path}, row {number}: {problem}")
         times.append(row[0])
         rows.append(tuple(row[1:]))
     if not rows:
@@ -92,8 +92,8 @@ def read_recording(path: str) -> Recording:
     return Recording(tuple(time - times[0] for time in times), tuple(rows))
 
 
-def _contents(path: str) -> str:
-    """Return the bytes of a file as characters; only ASCII counts."""
+def _read_text(path: str) -> str:
+    """Return the bytes of a file as characters; only those of ASCII are used."""
     if not path:
         raise Refusal("log.path is empty: set it to a CSV log before initialisation ends")
     if os.path.exists(path) and not os.path.isfile(path):  # a pipe or a device may never end
@@ -105,35 +105,36 @@ def _contents(path: str) -> str:
         raise Refusal(f"the log {path} cannot be read: {getattr(problem, 'strerror', problem)}") from problem
     if "\0" in text:
         raise Refusal(f"the log {path} holds a NUL byte: it is no text")
-    return text.removeprefix("\u00ef\u00bb\u00bf")  # the mark of UTF-8
+    return text.removeprefix("\u00ef\u00bb\u00bf")  # the byte order mark of UTF-8
 
 
-def _cells(path: str, number: int, line: str) -> list[str]:
+def _split_cells(path: str, number: int, line: str) -> list[str]:
     """Return the cells of a line without the blanks around them."""
-    cells, at = [], 0
+    cells, position = [], 0
     while True:
-        found = _CELL.match(line, at)
-        if found is None:
+        match = _CELL.match(line, position)
+        if match is None:
             raise Refusal(f"the log {path}, row {number}: a quote is not closed, or stands inside of a cell")
-        quoted, plain, end = found.groups()
+        quoted, plain, comma = match.groups()
         cells.append((plain if quoted is None else quoted.replace('""', '"')).strip(_BLANKS))
-        at = found.end()
-        if not end:
+        position = match.end()
+        if not comma:
             return cells
 
 
-def _columns(path: str, line: str) -> list[tuple[str, int, float]]:
-    """Return header text, position and factor to SI of time and each signal."""
-    found, header = [], _cells(path, 1, line)
-    for accepted in _HEADERS.values():
-        places = [index for index, text in enumerate(header) if text in accepted]
-        if len(places) != 1:
-            count = "no column" if not places else f"{len(places)} columns"
-            wanted = " or ".join(map(repr, accepted))
-            raise Refusal(f"the log {path} has {count} {wanted}; its header is: {_ascii(line)}")
-        found.append((header[places[0]], places[0], accepted[header[places[0]]]))
-    return found
+def _find_columns(path: str, line: str) -> list[tuple[str, int, float]]:
+    """Return header text, index and factor to SI of the columns of time and each signal."""
+    columns, header = [], _split_cells(path, 1, line)
+    for factors in _HEADERS.values():
+        indices = [index for index, text in enumerate(header) if text in factors]
+        if len(indices) != 1:
+            count = "no column" if not indices else f"{len(indices)} columns"
+            accepted = " or ".join(map(repr, factors))
+            raise Refusal(f"the log {path} has {count} {accepted}; its header is: {_ascii(line)}")
+        text = header[indices[0]]
+        columns.append((text, indices[0], factors[text]))
+    return columns
 
 
 def _ascii(text: str) -> str:
-    return re.sub(r"[^\x00-\x7f]", "?", text[:_SHOWN])
+    return re.sub(r"[^\x00-\x7f]", "?", text[:_QUOTED_LENGTH])

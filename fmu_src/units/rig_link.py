@@ -1,4 +1,4 @@
-"""RigLink: a rig that is running, as a unit; its samples come in by UDP."""
+"""RigLink: a running rig as a unit; its samples arrive by UDP."""
 
 from __future__ import annotations
 
@@ -51,31 +51,31 @@ class RigLink(SlaveBase):
     saves_state = False
 
     port: Port | None = None
-    opened: tuple[Any, ...] = ()
+    port_settings: tuple[Any, ...] = ()
 
     def initialise(self, time: float) -> None:
         """Read the settings and open the socket."""
-        wanted = tuple(self.value(f"link.{name}") for name in ("address", "port", "sender", "layout"))
-        if self.port is None or self.port.lost or wanted != self.opened:
+        settings = tuple(self.value(f"link.{name}") for name in ("address", "port", "sender", "layout"))
+        if self.port is None or self.port.lost or settings != self.port_settings:
             self._close()
-            address, number, sender, layout = wanted
+            address, number, sender, layout = settings
             try:
                 self.port = Port(address, number, sender, read_layout(layout))
             except ConfigurationError as problem:
                 raise Refusal(f"link: {problem}") from problem
-            self.opened = wanted
+            self.port_settings = settings
         self.clock = Clock(self.value("link.delay"), self.value("link.maximum_age"), self.value("link.sample_time"))
-        self.said = ""
+        self.warned = False
         self.elections = self.port.elections
         self._show(time)
         self._wait_for_sample(time, self.value("link.wait"))
 
     def advance(self, time: float, step_size: float) -> None:
-        """Read what has come in; show the rig's latest sample up to the end of the step."""
+        """Read the datagrams; show the rig's latest sample up to the end of the step."""
         self._show(time + step_size)
 
     def terminate(self) -> None:
-        """Close the socket as well."""
+        """Refuse all further steps; close the socket."""
         super().terminate()
         self._close()
 
@@ -88,11 +88,11 @@ class RigLink(SlaveBase):
         """Wait for the rig's first sample."""
         end = monotonic() + longest
         while longest > 0.0 and self.port is not None and not self.clock.order.newest:
-            left = end - monotonic()
-            if left <= 0.0:
+            rest = end - monotonic()
+            if rest <= 0.0:
                 reason = f"; {self.port.reason}" if self.port.reason else ""
                 raise Refusal(f"no sample of the rig came in within link.wait = {longest:g} s{reason}")
-            select([self.port], [], [], left)
+            select([self.port], [], [], rest)
             self._show(time)
 
     def _show(self, time: float) -> None:
@@ -103,22 +103,22 @@ class RigLink(SlaveBase):
         if port.lost:
             raise Refusal(f"link: {port.lost}")
         if port.elections > self.elections:
-            if self.elections:  # another sender has another clock
+            if self.elections:  # a new sender has another clock
                 self.clock.order.restart()
                 self.log(f"{port.note}, which is heard", Fmi2Status.warning)
             self.elections = port.elections
         clock, counts = self.clock, self.clock.order.counts
         clock.tick(time, arrived)
-        # none is due before link.delay has passed: the first one is shown until then
+        # no sample is due before link.delay has passed: the first one is shown until then
         latest = clock.order.last or next(iter(clock.order.waiting), None)
-        old = clock.order.last is None or clock.age > clock.maximum_age
-        shown = (
+        is_old = clock.order.last is None or clock.age > clock.maximum_age
+        outputs = (
             *(self.values[:5] if latest is None else latest.signals),
-            clock.fresh, old, clock.age, clock.lead, len(clock.order.waiting),
+            clock.fresh, is_old, clock.age, clock.lead, len(clock.order.waiting),
             *(counts[name] for name in ("received", "lost", "reordered", "late", "duplicated", "stray")),
             port.refused, port.foreign, clock.resynchronised, port.address[1],
         )  # fmt: skip
-        self.show(map(float, shown))
-        if port.reason and not self.said:  # one is enough; the output ``refused`` counts them
-            self.said = port.reason
+        self.show(map(float, outputs))
+        if port.reason and not self.warned:  # the output ``refused`` counts all of them
+            self.warned = True
             self.log(f"{port.reason}; further ones are counted only", Fmi2Status.warning)

@@ -1,12 +1,12 @@
 """The catalogue: every physical effect that the simplified model may lack.
 
-To add one, write its law and what is declared of it (:mod:`.definition`) in the file of its kind; parameters, the
-plant's sums, FMU variables, search, report and documentation follow from that.
-Sources: section 2.3 of the paper (neglects) and its footnote on thrust asymmetry; eq. (1); LAAS report 18040.
+To add one, write its law and its declaration (:mod:`.definition`) in the file of its kind; parameters, the plant's
+sums, FMU variables, search, report and documentation follow from that. Sources: section 2.3 of the paper (neglects) and
+its footnote on thrust asymmetry; eq. (1); LAAS report 18040.
 """
 
 # ruff: noqa: F401 - this is the door
-from . import friction, rotors, thrust, arm  # noqa: I001 - in the catalogue's order: parameters follow it
+from . import friction, rotors, thrust, arm  # noqa: I001 - this order is that of the parameters
 from .definition import (
     ACCELERATION,
     AXES,

@@ -1,4 +1,4 @@
-"""The arm and what is around it: cable, table, gravity and inertia at large angles, bending, masses on it."""
+"""The arm: its cable, the table below it, gravity and inertia at large angles, bending, masses on it."""
 
 from functools import partial
 from math import cos, exp, pi, sin, tan
@@ -32,7 +32,7 @@ _inertial = partial(
 def inertial_coupling_elevation(horizontal_elevation: float, travel_rate: float, c: float) -> float:
     """Inertial coupling of elevation and travel, the term omega x K of eq. (1): the centrifugal torque.
 
-    Theory wants c = 1 on both axes. Like every law with a sine of the elevation it depends on where the horizontal is.
+    In theory c = 1 on both axes. Like every law with a sine of the elevation it depends on where the horizontal is.
     """
     return -0.5 * c * sin(2.0 * horizontal_elevation) * travel_rate * travel_rate
 
@@ -56,7 +56,7 @@ def inertial_coupling_pitch(
     """Inertial coupling of the pitch: the body turns about its axis at theta' + lambda' sin(eps_h), not at theta'.
 
     The travel's acceleration turns it against a raised or lowered arm, and the centrifugal torque pulls the rotors into
-    the plane in which the arm turns. Theory wants c = 1 for rotors on a thin beam, and less for a thick body.
+    the plane in which the arm turns. In theory c = 1 for rotors on a thin beam, and less for a thick body.
     """
     return -c * (
         sin(horizontal_elevation) * (k_y * mu_sum * sin(pitch) - a_wy * travel_rate)
@@ -78,8 +78,7 @@ def large_angle_gravity(
     """Gravity of the arm at large angles, in place of its linearisation a_e eps + a_1.
 
     With eps_h = eps + eps_0 from the horizontal, the arm's gravity is a_e sin(eps_h) + (a_1 - a_e eps_0) cos(eps_h),
-    which for small eps_h is the simplified model's a_e eps + a_1. The law adds the difference; c = 1 takes the whole of
-    it.
+    which for small eps_h is the simplified model's a_e eps + a_1. The law adds c times the difference.
     """
     return c * (
         a_e * (elevation - sin(horizontal_elevation))
@@ -94,7 +93,7 @@ def large_angle_gravity(
     experiment="Swing the pitch at elevations above .5 rad and at zero.",
 )  # fmt: skip
 def pitch_gravity_coupling(pitch: float, horizontal_elevation: float, a_th: float, theta0: float, c: float) -> float:
-    """Gravity of the body at large elevations: its lever about the pitch axis shrinks with the cosine of it."""
+    """Gravity of the body at large elevations: its lever about the pitch axis shrinks with their cosine."""
     return c * a_th * sin(pitch - theta0) * (1.0 - cos(horizontal_elevation))
 
 
@@ -144,7 +143,7 @@ def ground_effect(
 ) -> float:
     """Ground effect: close to the table the rotors lift more, on the ground by the share c.
 
-    The elevation at which c is stated and the coefficient hold one redundancy, so the former is not estimated.
+    A change of eps_ground has the same effect as a change of c, so eps_ground is not estimated.
     """
     return c * k_z * mu_sum * cos(pitch) * exp(-(elevation - ground_elevation) / ground_height)
 
@@ -165,8 +164,8 @@ def arm_bending(
 ) -> float:
     """Bending of the arm: the elevation's encoder reads the rigid angle plus q [rad], a mode that the rotors drive.
 
-    No bolted metal arm damps more than a fifth of critical. Above 8 Hz a mode follows the voltages within some samples
-    as the answers of a controller to the counts of the encoder do.
+    No bolted metal arm damps more than a fifth of critical. A mode above 8 Hz responds within some samples, like the
+    reaction of a controller to the counts of the encoder.
     """
     return 2.0 * pi * frequency * (2.0 * pi * frequency * (c * mu_sum - bending) - 2.0 * damping * bending_rate)
 

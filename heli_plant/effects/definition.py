@@ -1,14 +1,14 @@
-"""What is declared of an effect, and the words of the laws.
+"""The declaration of an effect, and the vocabulary of the laws.
 
 A law is a function of plain floats with a docstring and one ``return``, under :func:`declared`. It has the name of its
-effect, with ``_<axis>`` behind it where each axis has a law of its own. Its arguments are ``c``, the names of the
-effect's shapes, names of :data:`VOCABULARY` and fields of the plant's parameters (``a_e``, ``horizontal_offset``, ...).
+effect, followed by ``_<axis>`` if each axis has its own law. Its arguments are ``c``, the names of the effect's shapes,
+names of :data:`VOCABULARY` and fields of the plant's parameters (``a_e``, ``horizontal_offset``, ...).
 
 At the place ACCELERATION it returns what is added to the axis [rad/s^2], at BENDING to the bending mode. At VOLTAGE,
-THRUST, LAG, DELAY it returns what takes the place of its argument ``voltage``, ``nu``, ``time_constant``, ``delay``.
+THRUST, LAG, DELAY it returns the new value of its argument ``voltage``, ``nu``, ``time_constant``, ``delay``.
 
 A published law writes the symbols of the vocabulary and of the shapes, a product without a sign between the factors,
-``condition: law, else law`` where it has two branches, and ``x -> law`` where it takes the place of x.
+``condition: law, else law`` if it has two branches, and ``x -> law`` if it replaces x.
 """
 
 from collections.abc import Callable
@@ -41,10 +41,10 @@ VOCABULARY = {
     "bending": ("q", "rad", "deflection of the arm's bending mode, at the place BENDING"),
     "bending_rate": ("q'", "rad/s", "its rate"),
 }
-"""What the argument of a law may be called: its symbol in the published law, unit and meaning."""
+"""Names that the arguments of a law may have, with their symbol in the published law, unit and meaning."""
 
 STEP_TIMES, LOWEST_ELEVATION = "step times", "lowest elevation"
-"""Where a search takes a shape's first values from, if not from its grid: the times at which a step of the axis's
+"""Sources of a shape's first values in a search, if they are not on its grid: the times at which a step of the axis's
 torque would explain most; the lowest elevation in the logs."""
 
 PAPER_NEGLECTS = "paper, section 2.3 (neglected)"
@@ -54,7 +54,7 @@ THRUST_MAP = "LAAS report 18040, thrust map"
 
 @dataclass(frozen=True)
 class Shape:
-    """A parameter of a law beside its coefficient."""
+    """A parameter of a law other than its coefficient."""
 
     name: str
     field: str  # of the plant's parameters
@@ -65,9 +65,9 @@ class Shape:
     upper: float
     description: str
     grid: tuple[float, ...] = ()  # values that a search starts from; the default if it is empty
-    start: str = "grid"  # where else they come from
-    estimated: bool = True  # else it is given, or shared by several laws
-    difference_step: float | None = None  # width of its numerical derivative where the response has corners
+    start: str = "grid"  # source of these values
+    estimated: bool = True  # False: it is given, or shared by several laws
+    difference_step: float | None = None  # step of its numerical derivative if the response has corners
 
 
 @dataclass(frozen=True)
@@ -77,13 +77,13 @@ class Effect:
     name: str
     axis: str
     function: Callable[..., float]
-    law: str  # the same as it is published
+    law: str  # the same in the published notation
     unit: str  # of the coefficient c
-    lower: float  # what is plausible, the sign rule among it
+    lower: float  # plausible range of c, including its sign
     upper: float
     source: str
-    family: str  # effects that ordinary logs of a bench hardly tell apart: one finding
-    experiment: str  # what to measure to see it
+    family: str  # effects that usual logs of a bench hardly distinguish; they are one finding
+    experiment: str  # measurement that shows the effect
     drawn_against: str | None = None  # variable of its curve; "other_rate": of the axis that it couples with
     place: str = ACCELERATION
     shapes: tuple[Shape, ...] = ()
@@ -113,17 +113,17 @@ def declared(
 ) -> Callable[[Law], Law]:  # fmt: skip
     """Enter the law below into the catalogue, on each of ``axes``, or on :data:`ROTORS`; ``bounds`` are those of c.
 
-    ``{axis}`` in a family and in the field of a shape becomes the axis; an effect that names no family is one by
-    itself. ``others`` are further fields of :class:`Effect`.
+    ``{axis}`` in a family and in the field of a shape stands for the axis. Without a ``family`` the effect has one of
+    its own. ``others`` are further fields of :class:`Effect`.
     """
 
     def enter(law: Law) -> Law:
         for axis in axes:
             name = law.__name__.removesuffix(f"_{axis}")
-            own = tuple(replace(shape, field=shape.field.format(axis=axis)) for shape in shapes)
-            one = (family or f"{name.replace('_', ' ')} of the {axis}").format(axis=axis)
-            DECLARED.append(Effect(name, axis, law, published, lower=bounds[0], upper=bounds[1], shapes=own, family=one,
-                                   **others))  # fmt: skip
+            of_axis = tuple(replace(shape, field=shape.field.format(axis=axis)) for shape in shapes)
+            finding = (family or f"{name.replace('_', ' ')} of the {axis}").format(axis=axis)
+            DECLARED.append(Effect(name, axis, law, published, lower=bounds[0], upper=bounds[1], shapes=of_axis,
+                                   family=finding, **others))  # fmt: skip
         return law
 
     return enter

@@ -1,4 +1,4 @@
-"""What the motors make of a voltage and the rotors of the motors' voltage: thrust, its timing, its fading."""
+"""Motors and rotors, from a voltage to the thrust: its size, its timing, its fading."""
 
 from .definition import DELAY, LAG, ROTORS, THRUST, THRUST_MAP, VOLTAGE, declared
 

@@ -1,4 +1,4 @@
-"""What thrust and spin of the rotors do to the axes beyond lift and pitching moment."""
+"""Effects of the rotors' thrust and spin on the axes other than lift and pitching moment."""
 
 from functools import partial
 from math import cos, sin
@@ -61,7 +61,7 @@ def rotor_drag_torque(mu_sum: float, pitch: float, horizontal_elevation: float, 
 def thrust_tilt(mu_sum: float, pitch: float, c: float) -> float:
     """Thrust tilt: the rotors' axes lean towards the post, so that their lift is largest at another pitch than zero.
 
-    Leaning by delta, the lift mu_s acts with cos(theta + delta) on the elevation: with -delta sin(theta) beside
+    If they lean by delta, the lift mu_s acts on the elevation with cos(theta + delta), which adds -delta sin(theta) to
     cos(theta). On the travel it acts with delta cos(theta), as the rotors' drag torque does.
     """
     return c * mu_sum * sin(pitch)

@@ -20,7 +20,7 @@
 #pragma fp_contract(off)
 #endif
 
-#if defined(__GNUC__) /* what Python names and never reads */
+#if defined(__GNUC__) /* Python functions may have unused variables */
 #pragma GCC diagnostic ignored "-Wunused-variable"
 #pragma GCC diagnostic ignored "-Wunused-but-set-variable"
 #endif
@@ -51,19 +51,19 @@ static inline double float_mod(double a, double b)
     return (rest < 0.0) != (b < 0.0) ? rest + b : rest;
 }
 
-/* max(a, b) and min(a, b): the first unless the second is beyond it, also where one is no number */
+/* max(a, b) and min(a, b): the first unless the second is larger or smaller, also if one is NaN */
 #define EXTREMES(name, type) \
     static inline type max_##name(type a, type b) { return b > a ? b : a; } \
     static inline type min_##name(type a, type b) { return b < a ? b : a; }
 EXTREMES(float, double)
 EXTREMES(int, int64_t)
 
-/* len(range(first, beyond, step)) */
-static inline int64_t range_count(int64_t first, int64_t beyond, int64_t step)
+/* len(range(first, stop, step)) */
+static inline int64_t range_count(int64_t first, int64_t stop, int64_t step)
 {
     if (step > 0)
-        return first < beyond ? (beyond - first - 1) / step + 1 : 0;
-    return first > beyond ? (first - beyond - 1) / -step + 1 : 0;
+        return first < stop ? (stop - first - 1) / step + 1 : 0;
+    return first > stop ? (first - stop - 1) / -step + 1 : 0;
 }
 
 #endif

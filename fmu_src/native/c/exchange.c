@@ -6,7 +6,7 @@
 
 enum { MOST = 32 }; /* states, inputs and outputs of a model */
 
-/* Time since the start at which the laws are computed: up to an event it is before it, from the event on behind it. */
+/* Time since the start at which the laws are computed: before an event up to it, after the event from then on. */
 static double law_time(const Unit *unit)
 {
     const double time = unit->reached - unit->start_time;
@@ -36,27 +36,27 @@ void exchange_refresh(Unit *unit)
     unit->stale = false;
 }
 
-static const size_t NO_STATES = SIZE_MAX; /* of a call that has no array of states */
+static const size_t NO_STATES = SIZE_MAX; /* for calls without an array of states */
 
-/* Whether the importer may integrate now, and has ``count`` states. */
-static Status ready(Unit *unit, const char *call, size_t count)
+/* Check that the importer may integrate now, with ``count`` states. */
+static Status check_ready(Unit *unit, const char *call, size_t count)
 {
     if (!unit->exchange)
-        return unit_say(unit, ERROR, "%s: the unit was not instantiated for model exchange", call);
+        return unit_log(unit, ERROR, "%s: the unit was not instantiated for model exchange", call);
     if (unit->phase != STEPPING || !unit->initialised)
-        return unit_say(unit, ERROR, "%s: finish the initialisation first", call);
+        return unit_log(unit, ERROR, "%s: finish the initialisation first", call);
     if (count != EXCHANGE->states && count != NO_STATES)
-        return unit_say(unit, ERROR, "%s: there are %zu values, not %zu", call, EXCHANGE->states, count);
+        return unit_log(unit, ERROR, "%s: there are %zu values, not %zu", call, EXCHANGE->states, count);
     return OK;
 }
 
 Status exchange_set_time(Unit *unit, double time)
 {
-    const Status status = ready(unit, "setTime", NO_STATES);
+    const Status status = check_ready(unit, "setTime", NO_STATES);
     if (status != OK)
         return status;
     if (!isfinite(time))
-        return unit_say(unit, ERROR, "setTime: the time %g s is not finite", time);
+        return unit_log(unit, ERROR, "setTime: the time %g s is not finite", time);
     unit->reached = time;
     unit->stale = true;
     return OK;
@@ -64,12 +64,12 @@ Status exchange_set_time(Unit *unit, double time)
 
 Status exchange_set_states(Unit *unit, const double states[], size_t count)
 {
-    const Status status = ready(unit, "setContinuousStates", count);
+    const Status status = check_ready(unit, "setContinuousStates", count);
     if (status != OK)
         return status;
     for (size_t i = 0; i < count; i++) {
         if (!isfinite(states[i]))
-            return unit_say(
+            return unit_log(
                 unit, DISCARD, "setContinuousStates: %s = %g is not finite",
                 VARIABLES[EXCHANGE->first_state + i].name, states[i]);
     }
@@ -80,7 +80,7 @@ Status exchange_set_states(Unit *unit, const double states[], size_t count)
 
 Status exchange_get_states(Unit *unit, double states[], size_t count)
 {
-    const Status status = ready(unit, "getContinuousStates", count);
+    const Status status = check_ready(unit, "getContinuousStates", count);
     if (status == OK)
         memcpy(states, EXCHANGE->state(unit->model), count * sizeof *states);
     return status;
@@ -88,18 +88,18 @@ Status exchange_get_states(Unit *unit, double states[], size_t count)
 
 Status exchange_get_rates(Unit *unit, double rates[], size_t count)
 {
-    const Status status = ready(unit, "getDerivatives", count);
+    const Status status = check_ready(unit, "getDerivatives", count);
     if (status != OK)
         return status;
     if (unit->refused_count)
-        return unit_say(unit, DISCARD, "getDerivatives: an input or parameter has no good value");
+        return unit_log(unit, DISCARD, "getDerivatives: an input or parameter has no good value");
     if (unit->stale)
         exchange_refresh(unit);
     for (size_t i = 0; i < count; i++) {
         const size_t reference = EXCHANGE->first_state + EXCHANGE->states + i;
         rates[i] = unit->values[reference].real;
         if (!isfinite(rates[i]))
-            return unit_say(
+            return unit_log(
                 unit, DISCARD, "getDerivatives: %s is not finite at t = %g s", VARIABLES[reference].name,
                 unit->reached);
     }
@@ -108,7 +108,7 @@ Status exchange_get_rates(Unit *unit, double rates[], size_t count)
 
 Status exchange_get_nominals(Unit *unit, double nominals[], size_t count)
 {
-    const Status status = ready(unit, "getNominalsOfContinuousStates", count);
+    const Status status = check_ready(unit, "getNominalsOfContinuousStates", count);
     for (size_t i = 0; status == OK && i < count; i++)
         nominals[i] = VARIABLES[EXCHANGE->first_state + i].nominal;
     return status;
@@ -116,10 +116,10 @@ Status exchange_get_nominals(Unit *unit, double nominals[], size_t count)
 
 Status exchange_update(Unit *unit, double *next)
 {
-    const Status status = ready(unit, "newDiscreteStates", NO_STATES);
+    const Status status = check_ready(unit, "newDiscreteStates", NO_STATES);
     if (status != OK)
         return status;
-    if (unit->reached - unit->start_time >= unit->next_event - EARLY) {
+    if (unit->reached - unit->start_time >= unit->next_event - TIME_TOLERANCE) {
         unit->passed = unit->next_event;
         unit->next_event = EXCHANGE->next_event(unit->model, unit->passed);
         unit->stale = true;
@@ -133,7 +133,7 @@ Status exchange_slopes(
     const double seed[], double sensitivity[])
 {
     double states[MOST] = {0.0}, inputs[MOST] = {0.0}, rates[MOST], outputs[MOST];
-    const Status status = ready(unit, "getDirectionalDerivative", NO_STATES);
+    const Status status = check_ready(unit, "getDirectionalDerivative", NO_STATES);
     if (status != OK)
         return status;
     const size_t n = EXCHANGE->states, first = EXCHANGE->first_state, out = EXCHANGE->first_output;
@@ -143,7 +143,7 @@ Status exchange_slopes(
         else if (knowns[i] >= first && knowns[i] < first + n)
             states[knowns[i] - first] += seed[i];
         else
-            return unit_say(
+            return unit_log(
                 unit, ERROR, "getDirectionalDerivative: value reference %lu is neither a state nor a continuous input",
                 (unsigned long)knowns[i]);
     }
@@ -154,7 +154,7 @@ Status exchange_slopes(
         else if (unknowns[i] >= out && unknowns[i] < out + EXCHANGE->outputs)
             sensitivity[i] = outputs[unknowns[i] - out];
         else
-            return unit_say(
+            return unit_log(
                 unit, ERROR, "getDirectionalDerivative: value reference %lu is neither a derivative nor an output",
                 (unsigned long)unknowns[i]);
     }

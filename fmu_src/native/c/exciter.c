@@ -1,4 +1,4 @@
-/* Exciter between FMI and the translated signals: voltages as a function of the time since the start. */
+/* Exciter: connects its variables with the translated signals, which are functions of the time since the start. */
 #include "unit.h"
 #include "model.h"
 #include "variables.h"
@@ -41,7 +41,7 @@ static Signal multisine(Unit *unit, double rms, int64_t seed)
     const double period = values[REF_multisine_period].real;
     const int64_t tones = (int64_t)values[REF_multisine_tones].real;
     return (Signal){
-        .tones = excitation_multisine_components(&unit->settled, lowest, highest, tones, period, seed),
+        .tones = excitation_multisine_components(&unit->permanent, lowest, highest, tones, period, seed),
         .rms = rms};
 }
 
@@ -55,7 +55,7 @@ static void initialise(Model *model, Unit *unit)
     model->difference = model->total = (Signal){0};
     if (experiment == EXPERIMENT_1 || experiment == EXPERIMENT_2) {
         const Row_Maybe_SquareChirp_Maybe_SquareChirp paper = excitation_paper_channels(
-            &unit->settled, experiment, channel);
+            &unit->permanent, experiment, channel);
         model->difference.square = paper.x0;
         model->total.square = paper.x1;
     } else if (experiment == MULTISINE) {
@@ -67,7 +67,7 @@ static void initialise(Model *model, Unit *unit)
         if (strcmp(channel, "difference") != 0)
             model->total = total;
     }
-    excitation_check_bounds(&unit->settled, model->base, model->limit);
+    excitation_check_bounds(&unit->permanent, model->base, model->limit);
     show(model, unit, 0.0);
 }
 

@@ -13,8 +13,8 @@ static const char *const CATEGORIES[] = {
 
 static void report(Unit *unit, Status status, const char *message);
 
-/* Return the unit that the importer asks for, or NULL: its logger is told why. */
-static Instance instantiated(
+/* Return the importer's new unit, or NULL, and log the reason. */
+static Instance instantiate(
     const char *name, const char *token, bool exchange, void (*log)(void), void *environment, bool logging)
 {
     Unit *unit = unit_new(name);
@@ -26,9 +26,9 @@ static Instance instantiated(
     unit->logging = true;
     unit->exchange = exchange;
     if (exchange && !EXCHANGE)
-        unit_say(unit, ERROR, "instantiate: the unit is for co-simulation only");
+        unit_log(unit, ERROR, "instantiate: the unit is for co-simulation only");
     else if (!token || strcmp(token, UNIT_TOKEN) != 0)
-        unit_say(unit, ERROR, "instantiate: the GUID (token) is that of another model description");
+        unit_log(unit, ERROR, "instantiate: the GUID (token) is that of another model description");
     else {
         unit->logging = logging;
         return unit;
@@ -53,7 +53,7 @@ void FMI(FreeInstance)(Instance unit)
     unit_free(unit);
 }
 
-/* Functions that pass their arguments on. */
+/* Functions that only forward their arguments. */
 #define PASS(call, parameters, function, ...) \
     Answer FMI(call) parameters { return (Answer)function(__VA_ARGS__); }
 PASS(ExitInitializationMode, (Instance unit), unit_exit_initialisation, unit)
@@ -83,16 +83,11 @@ Answer FMI(SerializedFMUstateSize)(Instance unit, FMI(FMUstate) state, size_t *s
     return (Answer)OK;
 }
 
-/* There are no state events, and the importer need not tell of events in time. */
-Answer FMI(EnterEventMode)(Instance unit)
-{
-    return (Answer)OK;
-}
-
-Answer FMI(EnterContinuousTimeMode)(Instance unit)
-{
-    return (Answer)OK;
-}
+/* There are no state events, and the unit finds events in time itself. */
+#define ACCEPT(call) \
+    Answer FMI(call)(Instance unit) { return (Answer)OK; }
+ACCEPT(EnterEventMode)
+ACCEPT(EnterContinuousTimeMode)
 
 Answer FMI(CompletedIntegratorStep)(
     Instance unit, FMI(Boolean) no_earlier_state, FMI(Boolean) *event, FMI(Boolean) *terminate)
@@ -103,20 +98,20 @@ Answer FMI(CompletedIntegratorStep)(
 
 Answer FMI(GetEventIndicators)(Instance unit, double indicators[], size_t count)
 {
-    return (Answer)(count == 0 ? OK : unit_say(unit, ERROR, "getEventIndicators: the unit has none"));
+    return (Answer)(count == 0 ? OK : unit_log(unit, ERROR, "getEventIndicators: the unit has none"));
 }
 
-/* Values: all are set or read, and the worst status is returned. The file defines SIZE, a further parameter, FITS,
- * whether it is right, and READ, which reads one number.
+/* All values are set or read, and the worst status is returned. The including file defines SIZE, a further parameter,
+ * FITS, whether it is right, and READ, which reads one number.
  */
-#define VALUES(call, values_type, one) \
+#define VALUES(call, values_type, statement) \
     Answer FMI(call)(Instance unit, const FMI(ValueReference) vr[], size_t count, values_type values[] SIZE) \
     { \
         Status worst = OK, status = OK; \
         if (!FITS) \
             return (Answer)ERROR; \
         for (size_t i = 0; i < count; i++) { \
-            one; \
+            statement; \
             worst = status > worst ? status : worst; \
         } \
         return (Answer)worst; \
@@ -131,4 +126,4 @@ VALUES(SetString, const FMI(String), status = unit_set_text(unit, vr[i], values[
 /* A function that the unit does not offer; importers ask that every function is exported. */
 #define ABSENT(call, ...) ABSENT_WITH(call, (Instance unit, __VA_ARGS__))
 #define ABSENT_WITH(call, parameters) \
-    Answer FMI(call) parameters { return (Answer)unit_say(unit, ERROR, "%s: this unit does not offer it", #call); }
+    Answer FMI(call) parameters { return (Answer)unit_log(unit, ERROR, "%s: this unit does not offer it", #call); }

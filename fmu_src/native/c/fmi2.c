@@ -29,7 +29,7 @@ fmi2Component fmi2Instantiate(
 {
     void (*log)(void) = functions ? (void (*)(void))functions->logger : NULL;
     void *environment = functions ? functions->componentEnvironment : NULL;
-    return instantiated(name, token, type == fmi2ModelExchange, log, environment, logging);
+    return instantiate(name, token, type == fmi2ModelExchange, log, environment, logging);
 }
 
 PASS(SetupExperiment, (
@@ -63,7 +63,7 @@ ABSENT(GetIntegerStatus, const fmi2StatusKind kind, fmi2Integer *value)
 ABSENT(GetBooleanStatus, const fmi2StatusKind kind, fmi2Boolean *value)
 ABSENT(GetStringStatus, const fmi2StatusKind kind, fmi2String *value)
 
-/* A unit as a master sees it: what it calls, its references, and where the values lie. */
+/* A unit in a master's loop: its functions, its references, and the addresses of its values. */
 typedef struct {
     fmi2Component unit;
     fmi2DoStepTYPE *step;
@@ -75,12 +75,12 @@ typedef struct {
     const fmi2ValueReference *outputs;
     size_t output_count;
     double *shown;
-    const int64_t *worst; /* status that the unit has logged */
+    const int64_t *worst; /* worst status in the unit's log */
 } Linked;
 
 /* A master's loop over native units of one process: ``count`` steps from number ``first`` on. Before a step each input
- * takes the output at its place in ``sources``; behind it all outputs go into a row of ``record``. The first answer
- * that is worse than a warning is returned, and of it ``refusal``: step, unit, call.
+ * gets the output whose index is in ``sources``; after it all outputs are copied to a row of ``record``. The first
+ * status worse than a warning is returned, with step, unit and call in ``refusal``.
  */
 FMI2_Export fmi2Status heli_play(
     const Linked units[], size_t unit_count, const intptr_t sources[], size_t fed_count, double fed[],
@@ -90,14 +90,14 @@ FMI2_Export fmi2Status heli_play(
     for (int64_t k = first; k < first + count; k++, record += shown_count) {
         for (size_t i = 0; i < fed_count; i++)
             fed[i] = shown[sources[i]];
-        for (const Linked *one = units; one < units + unit_count; one++) {
+        for (const Linked *unit = units; unit < units + unit_count; unit++) {
             for (int64_t call = 0; call < 3; call++) {
                 const fmi2Status status =
-                    call == 0   ? one->set(one->unit, one->inputs, one->input_count, one->fed)
-                    : call == 1 ? one->step(one->unit, (double)k * step, step, fmi2True)
-                                : one->get(one->unit, one->outputs, one->output_count, one->shown);
-                if (status > fmi2Warning || *one->worst > fmi2Warning) {
-                    memcpy(refusal, (int64_t[]){k, one - units, call}, 3 * sizeof *refusal);
+                    call == 0   ? unit->set(unit->unit, unit->inputs, unit->input_count, unit->fed)
+                    : call == 1 ? unit->step(unit->unit, (double)k * step, step, fmi2True)
+                                : unit->get(unit->unit, unit->outputs, unit->output_count, unit->shown);
+                if (status > fmi2Warning || *unit->worst > fmi2Warning) {
+                    memcpy(refusal, (int64_t[]){k, unit - units, call}, 3 * sizeof *refusal);
                     return status;
                 }
             }

@@ -1,4 +1,4 @@
-/* The functions of FMI 3.0; the time is a variable behind the others. */
+/* The functions of FMI 3.0; the time is the last variable. */
 #include "fmi3Functions.h"
 #include "unit.h"
 
@@ -21,7 +21,7 @@ typedef fmi3FMUState fmi3FMUstate;
 static bool fits(Unit *unit, size_t references, size_t values)
 {
     if (references != values)
-        unit_say(unit, ERROR, "%zu value references are given with %zu values", references, values);
+        unit_log(unit, ERROR, "%zu value references are given with %zu values", references, values);
     return references == values;
 }
 
@@ -47,14 +47,14 @@ fmi3Instance fmi3InstantiateCoSimulation(
     fmi3Boolean event_mode, fmi3Boolean early_return, const Reference required[], size_t required_count,
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log, fmi3IntermediateUpdateCallback update)
 {
-    return instantiated(name, token, false, (void (*)(void))log, environment, logging);
+    return instantiate(name, token, false, (void (*)(void))log, environment, logging);
 }
 
 fmi3Instance fmi3InstantiateModelExchange(
     fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible, fmi3Boolean logging,
     fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
 {
-    return instantiated(name, token, true, (void (*)(void))log, environment, logging);
+    return instantiate(name, token, true, (void (*)(void))log, environment, logging);
 }
 
 fmi3Instance fmi3InstantiateScheduledExecution(

@@ -1,4 +1,4 @@
-/* AdaptiveIdentifier between FMI and the translated estimation: which variable goes where. */
+/* AdaptiveIdentifier: connects its variables with the translated estimation. */
 #include "unit.h"
 #include "model.h"
 #include "variables.h"
@@ -16,7 +16,7 @@ static void show(Model *model, Unit *unit, const IdentifierOutput *output)
     unit_show(unit, REF_a_wx, &shown.x0, sizeof shown / sizeof shown.x0);
     if (closed && !model->warned && !model->plan.predicting) {
         model->warned = true;
-        unit_say(
+        unit_log(
             unit, WARNING,
             "the voltages follow the measured angles: a controller closes the loop. The paper's adaptation is wrong "
             "there by more than its standard errors say; set method to prediction_error");
@@ -27,17 +27,17 @@ static void initialise(Model *model, Unit *unit)
 {
     const Value *values = unit->values;
     const double hold = values[REF_adaptation_hold_time].real;
-    IdentifierSettings settings = settings_default_settings(&unit->settled);
+    IdentifierSettings settings = settings_default_settings(&unit->permanent);
     set_IdentifierSettings(&settings, values);
     settings.method = values[REF_method].text;
     if (!(hold < 0.0))
         settings.hold_time = (Maybe_f){true, hold};
     if (values[REF_pitch_rest_angle_known].real != 0.0)
         settings.rest_angle = (Maybe_f){true, values[REF_pitch_rest_angle].real};
-    settings_IdentifierSettings__post_init(&unit->settled, &settings);
-    model->plan = settings_prepare(&unit->settled, &settings);
+    settings_IdentifierSettings__post_init(&unit->permanent, &settings);
+    model->plan = settings_prepare(&unit->permanent, &settings);
     model->sampled.some = model->warned = false;
-    const IdentifierOutput first = identifier_before_samples(&unit->settled, &model->plan);
+    const IdentifierOutput first = identifier_before_samples(&unit->permanent, &model->plan);
     show(model, unit, &first);
 }
 
@@ -61,10 +61,10 @@ static void advance(Model *model, Unit *unit, double time, double step)
     Row_IdentifierState_IdentifierOutput next;
     bool taken = false;
     for (; identifier_is_due(&sampled, time, &model->plan); taken = true) {
-        if (taken && unit_is_untidy(unit)) {
-            unit_keep(unit);
+        if (taken && unit_needs_compacting(unit)) {
+            unit_save_before_step(unit);
             model->sampled.value = sampled;
-            unit_tidy(unit);
+            unit_compact(unit);
             sampled = model->sampled.value;
         }
         next = identifier_take_sample(&unit->space, &sampled, time, now, &model->plan, references);

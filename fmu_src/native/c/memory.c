@@ -16,13 +16,13 @@ struct Chunk {
 
 void *space_take(Space *space, int64_t count, size_t element)
 {
-    const size_t wanted = ((size_t)count * element + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    const size_t needed = ((size_t)count * element + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     Chunk *chunk = space->chunks;
     if (count < 0 || (size_t)count > SIZE_MAX / 2 / element)
         refuse(space, "a list of %lld elements is longer than memory", (long long)count);
-    if (!chunk || chunk->size - chunk->used < wanted) {
+    if (!chunk || chunk->size - chunk->used < needed) {
         const size_t doubled = chunk ? 2 * chunk->size : SMALLEST_CHUNK;
-        const size_t size = wanted > doubled ? wanted : doubled;
+        const size_t size = needed > doubled ? needed : doubled;
         Chunk *more = malloc(sizeof *more + size);
         if (!more)
             refuse(space, "there is no memory left: %zu bytes were asked for", size);
@@ -32,8 +32,8 @@ void *space_take(Space *space, int64_t count, size_t element)
         space->chunks = chunk = more;
     }
     void *room = chunk->at + chunk->used;
-    chunk->used += wanted;
-    space->taken += wanted;
+    chunk->used += needed;
+    space->taken += needed;
     return room;
 }
 

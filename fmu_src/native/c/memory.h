@@ -1,7 +1,7 @@
-/* Memory of a unit: lists are taken from a space one after the other and given back all at once.
+/* Memory of a unit: lists are allocated in a space one after the other and freed all at once.
  *
- * A step never changes the lists of the step before, so that a refused step leaves the unit as it was. A refusal
- * (an exception of Python) goes back to the call of the host that asked for the step.
+ * A step never changes the lists of the step before, so that a refused step changes nothing. A refusal (an exception
+ * in Python) returns to the call of the host.
  */
 #ifndef MEMORY_H
 #define MEMORY_H
@@ -13,7 +13,7 @@
 
 enum { MESSAGE_SIZE = 1024, NUMBER_SIZE = 40 };
 
-/* Where a refusal goes, and its reason. */
+/* Return point and reason of a refusal. */
 typedef struct {
     jmp_buf back;
     char message[MESSAGE_SIZE];
@@ -30,10 +30,10 @@ typedef struct {
 /* Return room for ``count`` elements; it lasts until the space is emptied. */
 void *space_take(Space *space, int64_t count, size_t element);
 
-/* Take everything back; the largest piece of memory is kept for later. */
+/* Free all lists; the largest piece of memory is kept for later. */
 void space_empty(Space *space);
 
-/* Take everything back and return the memory to the system. */
+/* Free all lists and return the memory to the system. */
 void space_free(Space *space);
 
 /* Refuse the call of the host: printf's format and values. */
@@ -48,7 +48,7 @@ void refuse(Space *space, const char *format, ...);
 const char *write_shortest(char text[NUMBER_SIZE], double value);
 const char *shortest(Space *space, double value);
 
-/* Bytes that a value passes to or, with ``reading``, comes from. Without ``at`` they are only counted. */
+/* Bytes to which a value is written or, with ``reading``, from which it is read. Without ``at`` they are counted. */
 typedef struct {
     unsigned char *at;
     size_t size, used;
@@ -56,7 +56,7 @@ typedef struct {
     Space *space; /* for lists that are read */
 } Bytes;
 
-/* The values of C itself pass as they are; a bool must be 0 or 1, a list has a byte an element at least. */
+/* Values of C's own types are copied; a bool must be 0 or 1, a list has at least a byte per element. */
 void pass_bytes(Bytes *bytes, void *x, size_t size);
 void pass_bool(Bytes *bytes, bool *x);
 void pass_count(Bytes *bytes, int64_t *count);

@@ -20,7 +20,7 @@ static void seed_one(Twister *t, uint32_t seed)
     t->next = N;
 }
 
-/* The place behind ``i``; the first element is a copy of the last one. */
+/* The index after ``i``; at the end the first element becomes a copy of the last one. */
 static int after(uint32_t *state, int i)
 {
     if (i < N - 1)

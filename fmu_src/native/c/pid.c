@@ -1,4 +1,4 @@
-/* PidController between FMI and the translated model: which variable goes where. */
+/* PidController: connects its variables with the translated model. */
 #include "unit.h"
 #include "model.h"
 #include "variables.h"
@@ -32,7 +32,7 @@ static void advance(Model *model, Unit *unit, double time, double step)
         values[REF_reference_step_pitch].real, values[REF_reference_step_elevation].real,
         values[REF_reference_step_travel].real};
     const Row3 references = control_step_references(
-        given, rises, time - unit->start_time, values[REF_reference_step_time].real - EARLY);
+        given, rises, time - unit->start_time, values[REF_reference_step_time].real - TIME_TOLERANCE);
     const PidState state = model->state.some ? model->state.value : control_start_pid(pitch, elevation, travel);
     const Row_PidState_Row2 next = control_pid_step(
         &state, pitch, elevation, travel, references, step, &model->settings);

@@ -1,4 +1,4 @@
-/* HelicopterPlant between FMI and the translated model: which variable goes where. */
+/* HelicopterPlant: connects its variables with the translated model. */
 #include "plant.h"
 #include "variables.h"
 

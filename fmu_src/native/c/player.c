@@ -1,6 +1,6 @@
-/* LogPlayer: shows at each time the row of a log with the latest time up to it.
+/* LogPlayer: shows at each time the last row of a log up to that time.
  *
- * The log is CSV as fmu_src/units/log_player.py reads it, with the same words where it cannot be played.
+ * It reads the same CSV as fmu_src/units/log_player.py, with the same messages if the log cannot be played.
  */
 #define _POSIX_C_SOURCE 200809L
 #include "unit.h"
@@ -15,7 +15,7 @@
 #define S_ISREG(mode) (((mode) & S_IFMT) == S_IFREG)
 #endif
 
-enum { SIGNALS = 5, COLUMNS = SIGNALS + 1, SHOWN = 300 };
+enum { SIGNALS = 5, COLUMNS = SIGNALS + 1, QUOTED_LENGTH = 300 };
 
 static const double DEGREE = 0.017453292519943295; /* math.radians(1.0) [rad] */
 static const char BLANKS[] = " \t\r\v\f";
@@ -30,8 +30,8 @@ struct Model {
     double (*rows)[COLUMNS]; /* time since the first row [s], front and rear voltage [V], pitch, elevation, travel [rad] */
 };
 
-/* The file as text that ends in a zero, without the mark of UTF-8. */
-static char *contents(Space *space, const char *path)
+/* The file as a text that ends in a zero, without the byte order mark of UTF-8. */
+static char *read_text(Space *space, const char *path)
 {
     struct stat status = {0};
     if (!path[0])
@@ -43,9 +43,9 @@ static char *contents(Space *space, const char *path)
     FILE *file = fopen(path, "rb");
     if (!file)
         refuse(space, "the log %s cannot be read: %s", path, strerror(errno));
-    const size_t got = fread(text, 1, size, file);
+    const size_t bytes_read = fread(text, 1, size, file);
     fclose(file);
-    if (got != size)
+    if (bytes_read != size)
         refuse(space, "the log %s cannot be read: %s", path, strerror(EIO));
     if (memchr(text, '\0', size))
         refuse(space, "the log %s holds a NUL byte: it is no text", path);
@@ -56,9 +56,9 @@ static char *contents(Space *space, const char *path)
 /* The beginning of a text as ASCII. */
 static const char *ascii(Space *space, const char *text)
 {
-    char *out = space_take(space, SHOWN + 1, 1);
+    char *out = space_take(space, QUOTED_LENGTH + 1, 1);
     int i = 0;
-    for (; i < SHOWN && text[i]; i++)
+    for (; i < QUOTED_LENGTH && text[i]; i++)
         out[i] = (unsigned char)text[i] < 128 ? text[i] : '?';
     out[i] = '\0';
     return out;
@@ -73,7 +73,7 @@ static char *end_line(char *at)
     return end;
 }
 
-/* Take the next cell of a line, in place and without the blanks around it; false behind the last one.
+/* Take the next cell of a line, in place and without the blanks around it; false after the last one.
  *
  * In quotes it may hold commas, and two quotes are one.
  */
@@ -105,8 +105,8 @@ static bool next_cell(Space *space, const char *path, long long row, char **at, 
     return true;
 }
 
-/* A decimal number, with a point whatever the locale of the host; NaN if the cell is none. */
-static double number(char *cell)
+/* The decimal number in a cell, with a point in any locale of the host; NaN if it is none. */
+static double read_number(char *cell)
 {
     static const char DIGITS[] = "0123456789";
     const char *at = cell + (*cell == '+' || *cell == '-');
@@ -121,11 +121,11 @@ static double number(char *cell)
     }
     if (whole + decimals == 0 || *at)
         return NAN;
-    const char had = *point;
-    if (had == '.')
+    const char separator = *point;
+    if (separator == '.')
         *point = *localeconv()->decimal_point;
     const double value = strtod(cell, NULL);
-    *point = had;
+    *point = separator;
     return value;
 }
 
@@ -163,7 +163,7 @@ static void read_log(Model *model, Space *space, const char *path)
     int64_t places[COLUMNS], most = 1;
     double factors[COLUMNS], first = 0.0, last = 0.0;
     const char *headers[COLUMNS];
-    char *line = contents(space, path), *next = end_line(line);
+    char *line = read_text(space, path), *next = end_line(line);
     find_columns(space, path, line, places, factors, headers);
     for (const char *c = next; c; c = strchr(c, '\n'))
         most += *c++ != '\0';
@@ -179,7 +179,7 @@ static void read_log(Model *model, Space *space, const char *path)
                 cells[k] = places[k] == i ? cell : cells[k];
         }
         for (int k = 0; k < COLUMNS; k++) {
-            values[k] = number(cells[k]) * factors[k];
+            values[k] = read_number(cells[k]) * factors[k];
             if (!isfinite(values[k]))
                 refuse(
                     space, "the log %s, row %lld, column '%s': '%s' is not a finite number", path, row, headers[k],
@@ -200,7 +200,7 @@ static void read_log(Model *model, Space *space, const char *path)
 
 static void show(const Model *model, Unit *unit, double time)
 {
-    const double since_first = time - unit->start_time + unit->values[REF_log_start].real + EARLY;
+    const double since_first = time - unit->start_time + unit->values[REF_log_start].real + TIME_TOLERANCE;
     int64_t first = 0, beyond = model->count; /* the first row that is later */
     while (first < beyond) {
         const int64_t middle = (first + beyond) / 2;
@@ -215,7 +215,7 @@ static void show(const Model *model, Unit *unit, double time)
 
 static void initialise(Model *model, Unit *unit)
 {
-    read_log(model, &unit->settled, unit->values[REF_log_path].text);
+    read_log(model, &unit->permanent, unit->values[REF_log_path].text);
     show(model, unit, unit->start_time);
 }
 

@@ -1,11 +1,11 @@
-/* StateFeedback between FMI and the translated model: which variable goes where. */
+/* StateFeedback: connects its variables with the translated model. */
 #include "unit.h"
 #include "model.h"
 #include "variables.h"
 
 struct Model {
     FeedbackSettings settings;
-    Maybe_Held held;
+    Maybe_SampledFeedback held;
 };
 
 static void initialise(Model *model, Unit *unit)
@@ -30,20 +30,20 @@ static void advance(Model *model, Unit *unit, double time, double step)
         values[REF_reference_step_pitch].real, values[REF_reference_step_elevation].real,
         values[REF_reference_step_travel].real};
     const Row3 references = control_step_references(
-        given, rises, since, values[REF_reference_step_time].real - EARLY);
-    const Held held = model->held.some
+        given, rises, since, values[REF_reference_step_time].real - TIME_TOLERANCE);
+    const SampledFeedback held = model->held.some
         ? model->held.value
-        : state_feedback_start_holding(angles.pitch, angles.elevation, angles.travel, &model->settings);
-    const Held next = state_feedback_sample_and_hold(
+        : state_feedback_start_sampled_feedback(angles.pitch, angles.elevation, angles.travel, &model->settings);
+    const SampledFeedback next = state_feedback_sample_and_hold(
         &unit->space, &held, since, step, &angles, references, &added, &model->settings);
-    model->held = (Maybe_Held){true, next};
+    model->held = (Maybe_SampledFeedback){true, next};
     values[REF_v_front].real = next.v_front;
     values[REF_v_rear].real = next.v_rear;
 }
 
 static void pass(Model *model, Bytes *bytes)
 {
-    pass_Maybe_Held(bytes, &model->held);
+    pass_Maybe_SampledFeedback(bytes, &model->held);
 }
 
 const ModelFunctions MODEL = {sizeof(Model), initialise, advance, pass};

@@ -6,9 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { UNTIDY = 1 << 16 }; /* bytes beyond twice the live ones at which the space is tidied up */
+enum { GARBAGE = 1 << 16 }; /* bytes beyond twice the live ones above which the space is compacted */
 
-Status unit_say(Unit *unit, Status status, const char *format, ...)
+Status unit_log(Unit *unit, Status status, const char *format, ...)
 {
     char message[MESSAGE_SIZE + 256];
     va_list values;
@@ -26,10 +26,10 @@ Unit *unit_new(const char *name)
     Unit *unit = calloc(1, sizeof *unit);
     if (!unit)
         return NULL;
-    unit->space.refusal = unit->spare.refusal = unit->settled.refusal = &unit->refusal;
+    unit->space.refusal = unit->spare.refusal = unit->permanent.refusal = &unit->refusal;
     unit->values = calloc(VARIABLE_COUNT, sizeof *unit->values);
     unit->model = calloc(1, MODEL.size);
-    unit->name = copied(name ? name : "");
+    unit->name = copy_text(name ? name : "");
     if (unit->values && unit->model && unit->name && unit_set_starts(unit))
         return unit;
     unit_free(unit);
@@ -42,8 +42,8 @@ void unit_free_parts(Unit *unit, const Unit *other)
         free(unit->values[i].text);
     free(unit->values);
     free(unit->model);
-    if (unit->settled.chunks != other->settled.chunks)
-        space_free(&unit->settled);
+    if (unit->permanent.chunks != other->permanent.chunks)
+        space_free(&unit->permanent);
 }
 
 void unit_free(Unit *unit)
@@ -58,28 +58,28 @@ void unit_free(Unit *unit)
     free(unit);
 }
 
-static void forget(Unit *unit)
+static void clear_model(Unit *unit)
 {
     unit->initialised = false;
-    space_empty(&unit->settled);
+    space_empty(&unit->permanent);
     memset(unit->model, 0, MODEL.size);
 }
 
 Status unit_reset(Unit *unit)
 {
-    forget(unit);
+    clear_model(unit);
     unit->start_time = unit->reached = 0.0;
     unit->phase = INSTANTIATED;
     unit->failure[0] = '\0';
     unit->outdated = unit->stale = false;
     if (!unit_set_starts(unit))
-        return unit_say(unit, ERROR, "reset: there is no memory left");
+        return unit_log(unit, ERROR, "reset: there is no memory left");
     return OK;
 }
 
 void unit_initialise(Unit *unit)
 {
-    forget(unit);
+    clear_model(unit);
     MODEL.initialise(unit->model, unit);
     unit->reached = unit->start_time;
     exchange_begin(unit);
@@ -91,7 +91,7 @@ void unit_initialise(Unit *unit)
 Status unit_prepare(Unit *unit, const char *call)
 {
     if (setjmp(unit->refusal.back))
-        return unit_say(unit, DISCARD, "%s: %s", call, unit->refusal.message);
+        return unit_log(unit, DISCARD, "%s: %s", call, unit->refusal.message);
     unit_initialise(unit);
     return OK;
 }
@@ -100,7 +100,7 @@ static const char *const PHASES[] = {"instantiated", "initialising", "stepping",
 
 static Status wrong_phase(Unit *unit, const char *call)
 {
-    return unit_say(
+    return unit_log(
         unit, ERROR, "%s: it is not allowed while the unit is %s, and was ignored", call, PHASES[unit->phase]);
 }
 
@@ -108,7 +108,7 @@ Status unit_setup(Unit *unit, double start_time)
 {
     char text[NUMBER_SIZE];
     if (unit->phase != INSTANTIATED || !isfinite(start_time))
-        return unit_say(
+        return unit_log(
             unit, ERROR,
             "setupExperiment: the start time %s s was ignored: it must be finite, and set before the initialisation "
             "begins",
@@ -131,7 +131,7 @@ Status unit_exit_initialisation(Unit *unit)
     if (unit->phase != INITIALISING)
         return wrong_phase(unit, "exitInitializationMode");
     unit->phase = STEPPING;
-    unit->outdated = true; /* whoever reads outputs of a failed initialisation is told why, at every time */
+    unit->outdated = true; /* after a failed initialisation every call that reads outputs logs the reason */
     if (unit_prepare(unit, "exitInitializationMode") == OK)
         return OK;
     memcpy(unit->failure, unit->refusal.message, sizeof unit->failure);
@@ -146,7 +146,7 @@ Status unit_terminate(Unit *unit)
 
 /* Steps */
 
-/* Say which values hinder the step at ``time``, and a failed initialisation. */
+/* Log the values that prevent the step at ``time``, and a failed initialisation. */
 static Status refuse_for_values(Unit *unit, double time)
 {
     char reasons[MESSAGE_SIZE], reason[MESSAGE_SIZE];
@@ -160,7 +160,7 @@ static Status refuse_for_values(Unit *unit, double time)
                 reasons + used, sizeof reasons - used, "%s%s", used ? "; " : "",
                 out_of_range(i, unit->values[i].refused_as, reason));
     }
-    return unit_say(
+    return unit_log(
         unit, DISCARD, "doStep: the step from t = %g s is refused until this is corrected: %s", time, reasons);
 }
 
@@ -168,33 +168,33 @@ static Status check_step(Unit *unit, double time, double step)
 {
     char first[NUMBER_SIZE], second[NUMBER_SIZE];
     if (unit->exchange)
-        return unit_say(unit, ERROR, "doStep: the unit was instantiated for model exchange");
+        return unit_log(unit, ERROR, "doStep: the unit was instantiated for model exchange");
     if (unit->phase != STEPPING)
-        return unit_say(
+        return unit_log(
             unit, DISCARD, "doStep: the unit is %s and cannot step from t = %g s: finish its initialisation first",
             PHASES[unit->phase], time);
     if (unit->refused_count || !unit->initialised)
         return refuse_for_values(unit, time);
     if (!(step > 0.0 && step < LONGEST_STEP))
-        return unit_say(
+        return unit_log(
             unit, DISCARD, "doStep: communication step = %s s at t = %g s must be positive and below %g s",
             write_shortest(first, step), time, LONGEST_STEP);
-    /* otherwise the state would belong to another time */
+    /* the state belongs to the end of the last step */
     if (fabs(time - unit->reached) <= CLOCK_TOLERANCE * step || (!HAS_PAST && isfinite(time)))
         return OK;
-    return unit_say(
+    return unit_log(
         unit, DISCARD,
         "doStep: the step begins at t = %s s, the one before ended at %s s: time must neither repeat nor jump; to go "
         "back, restore a state from then",
         write_shortest(first, time), write_shortest(second, unit->reached));
 }
 
-bool unit_is_untidy(const Unit *unit)
+bool unit_needs_compacting(const Unit *unit)
 {
-    return MODEL.pass && unit->space.taken > 2 * unit->live + UNTIDY;
+    return MODEL.pass && unit->space.taken > 2 * unit->live + GARBAGE;
 }
 
-void unit_take_spare(Unit *unit)
+void unit_swap_spaces(Unit *unit)
 {
     const Space old = unit->space;
     unit->space = unit->spare;
@@ -202,20 +202,20 @@ void unit_take_spare(Unit *unit)
     unit->live = unit->space.taken;
 }
 
-void unit_tidy(Unit *unit)
+void unit_compact(Unit *unit)
 {
     Bytes bytes = {.space = &unit->spare};
     space_empty(&unit->spare);
-    MODEL.pass(unit->model, &bytes); /* how many there are */
+    MODEL.pass(unit->model, &bytes); /* count them */
     bytes = (Bytes){.at = space_take(&unit->spare, (int64_t)bytes.used, 1), .size = bytes.used, .space = &unit->spare};
     MODEL.pass(unit->model, &bytes);
     bytes.used = 0;
     bytes.reading = true;
     MODEL.pass(unit->model, &bytes);
-    unit_take_spare(unit);
+    unit_swap_spaces(unit);
 }
 
-void unit_keep(Unit *unit)
+void unit_save_before_step(Unit *unit)
 {
     if (!unit->before_step && state_get(unit, &unit->before_step) != OK)
         refuse(&unit->space, "there is no memory left");
@@ -227,15 +227,15 @@ Status unit_step(Unit *unit, double time, double step)
     if (status != OK)
         return status;
     if (setjmp(unit->refusal.back)) {
-        unit_say(unit, DISCARD, "doStep: %s", unit->refusal.message);
+        unit_log(unit, DISCARD, "doStep: %s", unit->refusal.message);
         if (unit->before_step)
             state_set(unit, unit->before_step);
         free(unit->before_step);
         unit->before_step = NULL;
         return DISCARD;
     }
-    if (unit_is_untidy(unit))
-        unit_tidy(unit);
+    if (unit_needs_compacting(unit))
+        unit_compact(unit);
     MODEL.advance(unit->model, unit, time, step);
     unit->reached = time + step;
     unit->stale = EXCHANGE != NULL;

@@ -1,16 +1,16 @@
-/* The life of a unit, without FMI: its values, its phases, its state to save and to restore.
+/* A unit without FMI: its values, its phases, its state to save and to restore.
  *
  * A unit is instantiated, initialising, stepping, terminated. Parameters may be set up to the end of the
  * initialisation; outputs are right from the start time on, also while the unit is initialising. A value that is not
- * finite or out of range is refused where it is set, and steps are refused until the variable has a good one.
- * fmi2.c and fmi3.c put the functions of the standard on top, a model (plant.c, ...) lies below.
+ * finite or out of range is refused when it is set, and steps are refused until the variable has a good one.
+ * fmi2.c and fmi3.c add the functions of the standard; each unit has its model (plant.c, ...).
  */
 #ifndef UNIT_H
 #define UNIT_H
 
 #include "memory.h"
 
-#define EARLY 1e-9 /* [s]; communication points k H have rounding errors */
+#define TIME_TOLERANCE 1e-9 /* [s]; communication points k H have rounding errors */
 
 typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status;
 typedef enum { REAL, INTEGER, BOOLEAN, STRING } Kind;
@@ -22,7 +22,7 @@ typedef struct {
     Kind kind;
     Causality causality;
     bool tunable;
-    const char *physical_unit; /* behind a number; empty: none, or 1 */
+    const char *physical_unit; /* empty: none, or 1 */
     double minimum, maximum;   /* of a Real or Integer */
     double nominal, start;
     const char *text; /* start of a String */
@@ -38,19 +38,20 @@ typedef struct {
 typedef struct Unit Unit;
 typedef struct Model Model;
 
-/* What a model gives. The first two may refuse; then the model is as it was. Without a memory, the last one is NULL. */
+/* Functions of a model. The first two may refuse, which changes nothing. The last is NULL if there is no memory. */
 typedef struct {
     size_t size; /* of Model */
     void (*initialise)(Model *model, Unit *unit);
     void (*advance)(Model *model, Unit *unit, double time, double step);
-    void (*pass)(Model *model, Bytes *bytes); /* the memory to bytes, or back */
+    void (*pass)(Model *model, Bytes *bytes); /* writes the memory to bytes, or reads it */
 } ModelFunctions;
 extern const ModelFunctions MODEL;
 
-/* What a model gives for Model Exchange, in which the importer integrates its states; NULL in other units.
+/* Functions of a model for Model Exchange, in which the importer integrates its states; NULL in other units.
  *
- * The variables of the states stand at ``first_state``, those of their derivatives behind them. Continuous inputs are
- * the first variables of the unit. Events are in time only: no law steps with the state, corners are left to the solver.
+ * The variables of the states begin at ``first_state``, followed by those of their derivatives. Continuous inputs are
+ * the first variables of the unit. There are only events in time: no law steps with the state, and the solver handles
+ * corners.
  */
 typedef struct {
     size_t states, inputs, outputs;   /* their numbers */
@@ -74,29 +75,29 @@ extern const char UNIT_TOKEN[];
 
 /* The limits of the unit in Python: fmu_src/slave_base.py. */
 extern const bool HAS_PAST;          /* whether outputs depend on earlier steps; if not, a step may begin at any time */
-extern const double LONGEST_STEP;    /* of a communication step [s]; this also keeps infinity out */
-extern const double CLOCK_TOLERANCE; /* of the begin of a step, as a share of the step */
+extern const double LONGEST_STEP;    /* of a communication step [s], which also excludes infinity */
+extern const double CLOCK_TOLERANCE; /* of a step's begin, as a share of the step */
 
 struct Unit {
     Phase phase;
     double start_time, reached; /* start of the run, end of the last step [s] */
     Value *values;
     size_t refused_count;
-    bool outdated;    /* the outputs do not follow from the values yet */
-    bool initialised; /* the model has been initialised with the values as they are */
+    bool outdated;    /* the outputs have not been computed from the values yet */
+    bool initialised; /* the model has been initialised with the present values */
     char failure[MESSAGE_SIZE]; /* why the initialisation failed; the unit can then only be reset */
     Model *model;
-    Space space;   /* of the model's memory between steps */
-    Space spare;   /* where that is moved when it is tidied up */
-    Space settled; /* of what the model computes once, from its parameters */
-    size_t live;   /* bytes of the memory when it was last tidied up */
-    void *before_step; /* the state before a long step, in which the space is tidied up */
+    Space space;     /* of the model's memory between steps */
+    Space spare;     /* target of that memory when it is compacted */
+    Space permanent; /* of values that the model computes once, from its parameters */
+    size_t live;     /* bytes of the memory after it was last compacted */
+    void *before_step; /* the state before a long step in which the space is compacted */
     Refusal refusal;
     bool exchange; /* instantiated for model exchange */
-    bool stale;    /* variables of model exchange do not follow from state and time yet */
+    bool stale;    /* variables of model exchange have not been computed from state and time yet */
     double passed, next_event; /* events in time, since the start [s] */
     void (*report)(Unit *unit, Status status, const char *message);
-    void (*log)(void); /* of the layer above: the host's callback, its argument, whether it wants to hear */
+    void (*log)(void); /* the host's callback, its argument, whether it wants messages */
     void *environment;
     bool logging;
     char *name;
@@ -105,40 +106,40 @@ struct Unit {
 /* unit.c: from the first call to the last. */
 Unit *unit_new(const char *name);
 void unit_free(Unit *unit);
-void unit_free_parts(Unit *unit, const Unit *other); /* values, and what follows from them that ``other`` has not */
+void unit_free_parts(Unit *unit, const Unit *other); /* values and model, and what ``other`` does not share */
 Status unit_reset(Unit *unit);
 Status unit_setup(Unit *unit, double start_time);
 Status unit_enter_initialisation(Unit *unit);
 Status unit_exit_initialisation(Unit *unit);
 Status unit_step(Unit *unit, double time, double step);
 Status unit_terminate(Unit *unit);
-Status unit_say(Unit *unit, Status status, const char *format, ...);
+Status unit_log(Unit *unit, Status status, const char *format, ...);
 
-/* Compute state and outputs at the start time from the values that are set; the first may refuse, the second says so. */
+/* Compute state and outputs at the start time from the values; the first may refuse, the second logs a refusal. */
 void unit_initialise(Unit *unit);
 Status unit_prepare(Unit *unit, const char *call);
 
-/* Move what the model remembers to the spare space, which becomes the space, and take the rest back. */
-bool unit_is_untidy(const Unit *unit);
-void unit_tidy(Unit *unit);
-void unit_take_spare(Unit *unit); /* the spare space becomes the space, and the other way round */
+/* Copy the model's memory to the spare space, which becomes the space; this frees everything else in it. */
+bool unit_needs_compacting(const Unit *unit);
+void unit_compact(Unit *unit);
+void unit_swap_spaces(Unit *unit); /* exchange the space and the spare space */
 
-/* Keep the state as it is before the step, which is restored if the step is refused; a model that tidies up calls it. */
-void unit_keep(Unit *unit);
+/* Save the state before the step, to restore it if the step is refused; a model calls this before it compacts. */
+void unit_save_before_step(Unit *unit);
 
 /* values.c: values by reference. A Boolean is 0 or 1. */
 Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value);
 Status unit_set_text(Unit *unit, uint32_t reference, const char *text);
 Status unit_get(Unit *unit, Kind kind, uint32_t reference, double *value);
 Status unit_get_text(Unit *unit, uint32_t reference, const char **text);
-void unit_show(Unit *unit, size_t first, const double values[], size_t count); /* those of variables in a row */
+void unit_show(Unit *unit, size_t first, const double values[], size_t count); /* set consecutive variables */
 bool unit_set_starts(Unit *unit);
-char *copied(const char *text); /* on the heap, or NULL */
+char *copy_text(const char *text); /* on the heap, or NULL */
 
 /* Write why a value is refused. */
 const char *out_of_range(size_t reference, double value, char reason[MESSAGE_SIZE]);
 
-/* state.c: the whole state as bytes that the host keeps. One that is refused changes nothing. */
+/* state.c: the complete state as bytes, which the host keeps. A refused state changes nothing. */
 typedef struct {
     size_t size;
     unsigned char bytes[];
@@ -157,7 +158,7 @@ Status exchange_get_states(Unit *unit, double states[], size_t count);
 Status exchange_get_rates(Unit *unit, double rates[], size_t count);
 Status exchange_get_nominals(Unit *unit, double nominals[], size_t count);
 
-/* Pass an event that is due; return the time of the next one, or infinity. */
+/* Pass a due event; return the time of the next one, or infinity. */
 Status exchange_update(Unit *unit, double *next);
 
 /* Product of the Jacobian with a seed: of derivatives and outputs by states and continuous inputs. */

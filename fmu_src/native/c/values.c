@@ -1,11 +1,11 @@
-/* Values of variables: what may be set, what is refused. */
+/* Values of variables: which may be set, which are refused. */
 #include "unit.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-char *copied(const char *text)
+char *copy_text(const char *text)
 {
     char *copy = malloc(strlen(text) + 1);
     return copy ? strcpy(copy, text) : NULL;
@@ -18,7 +18,7 @@ bool unit_set_starts(Unit *unit)
         Value *value = &unit->values[i];
         free(value->text);
         *value = (Value){.real = VARIABLES[i].start};
-        if (VARIABLES[i].kind == STRING && !(value->text = copied(VARIABLES[i].text)))
+        if (VARIABLES[i].kind == STRING && !(value->text = copy_text(VARIABLES[i].text)))
             return false;
     }
     return true;
@@ -30,8 +30,8 @@ void unit_show(Unit *unit, size_t first, const double values[], size_t count)
         unit->values[first + i].real = values[i];
 }
 
-/* Write a number as the type of a variable shows it. */
-static const char *written(Kind kind, double value, char text[NUMBER_SIZE])
+/* Write a number in the form of a variable's type. */
+static const char *write_value(Kind kind, double value, char text[NUMBER_SIZE])
 {
     if (kind == REAL)
         return write_shortest(text, value);
@@ -48,24 +48,25 @@ const char *out_of_range(size_t reference, double value, char reason[MESSAGE_SIZ
     char text[NUMBER_SIZE];
     snprintf(
         reason, MESSAGE_SIZE, "%s = %s%s%s must lie in [%.6g, %.6g]%s%s", variable->name,
-        written(variable->kind, value, text), blank,
+        write_value(variable->kind, value, text), blank,
         variable->physical_unit, variable->minimum, variable->maximum, blank, variable->physical_unit);
     return reason;
 }
 
 static const char *const KINDS[] = {"Real", "Integer", "Boolean", "String"};
 
-static bool known(Unit *unit, const char *verb, Kind kind, uint32_t reference, Status *status)
+/* Return whether there is a variable of this type and reference; if not, log it. */
+static bool check_reference(Unit *unit, const char *verb, Kind kind, uint32_t reference, Status *status)
 {
     if (reference < VARIABLE_COUNT && VARIABLES[reference].kind == kind)
         return true;
-    *status = unit_say(
+    *status = unit_log(
         unit, ERROR, "%s%s: no %s variable has value reference %lu", verb, KINDS[kind], KINDS[kind],
         (unsigned long)reference);
     return false;
 }
 
-static bool open_to_set(const Unit *unit, uint32_t reference)
+static bool may_set(const Unit *unit, uint32_t reference)
 {
     const Variable *variable = &VARIABLES[reference];
     const bool early = unit->phase == INSTANTIATED || unit->phase == INITIALISING;
@@ -75,8 +76,8 @@ static bool open_to_set(const Unit *unit, uint32_t reference)
            (variable->causality == PARAMETER && (early || (variable->tunable && !unit->exchange)));
 }
 
-/* Say that a variable may not be set to ``value`` now. */
-static Status closed_to_set(Unit *unit, uint32_t reference, const char *value)
+/* Log that a variable may not be set to ``value`` now. */
+static Status refuse_to_set(Unit *unit, uint32_t reference, const char *value)
 {
     const Variable *variable = &VARIABLES[reference];
     const char *quote = variable->kind == STRING ? "'" : "";
@@ -85,7 +86,7 @@ static Status closed_to_set(Unit *unit, uint32_t reference, const char *value)
                          : unit->phase == TERMINATED ? "cannot be set, the unit is terminated"
                          : unit->exchange               ? "is fixed in model exchange once initialisation has ended"
                                                         : "is fixed once initialisation has ended";
-    return unit_say(
+    return unit_log(
         unit, ERROR, "set%s: %s %s; the value %s%s%s was ignored", KINDS[variable->kind], variable->name, reason, quote,
         value, quote);
 }
@@ -94,22 +95,22 @@ Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value)
 {
     Status status = OK;
     char text[NUMBER_SIZE];
-    if (!known(unit, "set", kind, reference, &status))
+    if (!check_reference(unit, "set", kind, reference, &status))
         return status;
-    if (!open_to_set(unit, reference))
-        return closed_to_set(unit, reference, written(kind, value, text));
+    if (!may_set(unit, reference))
+        return refuse_to_set(unit, reference, write_value(kind, value, text));
     const Variable *variable = &VARIABLES[reference];
-    Value *own = &unit->values[reference];
-    if (!(variable->minimum <= value && value <= variable->maximum)) { /* true of a NaN as well */
-        unit->refused_count += !own->refused;
-        own->refused = true;
-        own->refused_as = value;
+    Value *stored = &unit->values[reference];
+    if (!(variable->minimum <= value && value <= variable->maximum)) { /* also true of NaN */
+        unit->refused_count += !stored->refused;
+        stored->refused = true;
+        stored->refused_as = value;
         char reason[MESSAGE_SIZE];
-        return unit_say(unit, DISCARD, "set%s: %s", KINDS[kind], out_of_range(reference, value, reason));
+        return unit_log(unit, DISCARD, "set%s: %s", KINDS[kind], out_of_range(reference, value, reason));
     }
-    unit->refused_count -= own->refused;
-    own->refused = false;
-    own->real = value;
+    unit->refused_count -= stored->refused;
+    stored->refused = false;
+    stored->real = value;
     unit->stale = EXCHANGE && unit->initialised;
     unit->outdated |= unit->phase == INITIALISING;
     return OK;
@@ -118,13 +119,13 @@ Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value)
 Status unit_set_text(Unit *unit, uint32_t reference, const char *text)
 {
     Status status = OK;
-    if (!known(unit, "set", STRING, reference, &status))
+    if (!check_reference(unit, "set", STRING, reference, &status))
         return status;
-    if (!open_to_set(unit, reference))
-        return closed_to_set(unit, reference, text ? text : "");
-    char *copy = text ? copied(text) : NULL;
+    if (!may_set(unit, reference))
+        return refuse_to_set(unit, reference, text ? text : "");
+    char *copy = text ? copy_text(text) : NULL;
     if (!copy)
-        return unit_say(unit, ERROR, "setString: %s has no text", VARIABLES[reference].name);
+        return unit_log(unit, ERROR, "setString: %s has no text", VARIABLES[reference].name);
     free(unit->values[reference].text);
     unit->values[reference].text = copy;
     unit->outdated |= unit->phase == INITIALISING;
@@ -134,7 +135,7 @@ Status unit_set_text(Unit *unit, uint32_t reference, const char *text)
 Status unit_get(Unit *unit, Kind kind, uint32_t reference, double *value)
 {
     Status status = OK;
-    if (!known(unit, "get", kind, reference, &status))
+    if (!check_reference(unit, "get", kind, reference, &status))
         return status;
     if (unit->outdated)
         status = unit_prepare(unit, "get");
@@ -147,7 +148,7 @@ Status unit_get(Unit *unit, Kind kind, uint32_t reference, double *value)
 Status unit_get_text(Unit *unit, uint32_t reference, const char **text)
 {
     Status status = OK;
-    if (known(unit, "get", STRING, reference, &status))
+    if (check_reference(unit, "get", STRING, reference, &status))
         *text = unit->values[reference].text;
     return status;
 }

@@ -1,8 +1,8 @@
-"""One function while it is translated: its lines, its variables, conversions of its values, and its branches and loops.
+"""One function in translation: its lines, its variables, conversions of its values, its loops and its lists.
 
-Every assignment makes a variable of its own in C. Where two branches meet, or a loop begins again, a variable that they
-have both set becomes one variable that both assign to. What the types of results and of growing lists are is found by
-translating the function again until none widens any more.
+Every assignment makes a new variable in C. A variable that both branches set, or that a loop sets again, becomes one
+variable to which both assign. To find the type of the result, the function is translated again until it does not
+change.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from .values import Expr, Run, known_items, literal, type_of, unwrap
 
 
 class Body:
-    """One function in translation; ``program``, a Translation, translates those that it calls and defines the types."""
+    """One function in translation; ``program``, a Translation, translates the functions that it calls."""
 
     def __init__(
         self, program: Any, name: str, function: FunctionType, parameters: dict[str, c.CType], returns: c.CType | None
     ) -> None:
         self.program, self.name, self.function = program, name, function
-        self.parameters, self.hinted = parameters, returns
+        self.parameters, self.annotated_result = parameters, returns
         self.result: c.CType = returns or c.UNKNOWN  # type of the result, as far as it is known
-        self.stored: set[str] = set()  # variables of which an element is changed, or to which one is appended: lists
+        self.changed_lists: set[str] = set()  # variables of which an element is changed, or to which one is appended
         self.needs_space = self.is_external = False
 
     def begin(self) -> None:
-        """Begin a pass."""
+        """Begin a translation."""
         self.lines: list[str] = []
         self.depth, self.count = 1, 0
         self.env: dict[str, Any] = {}  # values of the variables
-        self.ended = False  # whether this is behind a return
+        self.ended = False  # whether a return has ended the block
         for name, kind in self.parameters.items():
             self.store(name, self.split_value(Expr(self, kind, f"(*{name})" if isinstance(kind, c.Struct) else name)))
 
@@ -51,9 +51,9 @@ class Body:
         self.lines.append("    " * self.depth + line)
 
     @contextmanager
-    def collect_aside(self, apart: list[str], deeper: int = 1) -> Iterator[None]:
-        """Collect lines apart from the current block."""
-        outer, self.lines = self.lines, apart
+    def collect_aside(self, lines: list[str], deeper: int = 1) -> Iterator[None]:
+        """Collect lines in a list of their own."""
+        outer, self.lines = self.lines, lines
         self.depth += deeper
         yield
         self.depth -= deeper
@@ -76,19 +76,19 @@ class Body:
     # Variables of C
 
     def fresh_name(self, name: str = "t") -> str:
-        """Return a name that is not taken."""
+        """Return a new name."""
         self.count += 1
         return f"{name.lstrip('_') or 't'}_{self.count}"
 
     def declare(self, kind: c.CType, name: str = "t", text: str = "") -> Expr:
         """Declare a variable, with a value or without."""
         self.program.define_type(kind)
-        made = Expr(self, kind, self.fresh_name(name))
-        self.emit(f"{f'{kind.name} '.replace('* ', '*')}{made.code}{f' = {text}' if text else ''};")
-        return made
+        variable = Expr(self, kind, self.fresh_name(name))
+        self.emit(f"{f'{kind.name} '.replace('* ', '*')}{variable.code}{f' = {text}' if text else ''};")
+        return variable
 
     def split_value(self, value: Expr) -> Any:
-        """Return a tuple of known length as a tuple of its elements, a dual number as one of its parts."""
+        """Return a tuple of known length as a tuple of its elements, and a dual number as a Dual of its parts."""
         if value.type == c.DUAL:
             return Dual(Expr(self, c.FLOAT, value.path("value")), Expr(self, c.FLOAT, value.path("slope")))
         if not isinstance(value.type, c.Row):
@@ -96,9 +96,9 @@ class Body:
         return tuple(self.split_value(Expr(self, kind, value.path(f"x{i}"))) for i, kind in enumerate(value.type.items))
 
     def name_value(self, value: Any, name: str = "t") -> Any:
-        """Return ``value`` so that it may be used repeatedly: in a variable if it is more than a name."""
+        """Return ``value`` in a form that can be used several times: a variable if it is more than a name."""
         if isinstance(value, tuple | list) and not hasattr(value, "_fields"):
-            return type(value)(self.name_value(one, name) for one in value)
+            return type(value)(self.name_value(item, name) for item in value)
         if isinstance(value, Dual):
             return Dual(self.name_value(value.value, name), self.name_value(value.slope, name))
         if not isinstance(value, Expr) or value.is_simple:
@@ -106,64 +106,64 @@ class Body:
         return self.declare(value.type, name, value.bare)
 
     def store(self, name: str, value: Any) -> None:
-        """Set a variable; one of which an element is changed, or to which one is appended, gets a list of its own."""
-        if name in self.stored:
+        """Set a variable; a list that the function changes is copied to a new variable."""
+        if name in self.changed_lists:
             kind = type_of(value)
             value = self.declare(kind, name, self.as_type(value, kind).bare)
         self.env[name] = self.name_value(value, name)
 
-    def set_item(self, made: Any, index: Any, value: Any) -> None:
+    def set_item(self, items: Any, index: Any, value: Any) -> None:
         """Set an element of a list."""
-        if not isinstance(type_of(made), c.Listing):
-            raise c.NoType(f"a value is put into {type_of(made).name}, which is no list")
-        self.emit(f"{made.path('at')}[{self.index_text(made, index)}] = {self.as_type(value, made.type.item).bare};")
+        if not isinstance(type_of(items), c.Listing):
+            raise c.NoType(f"a value is put into {type_of(items).name}, which is no list")
+        self.emit(f"{items.path('at')}[{self.index_text(items, index)}] = {self.as_type(value, items.type.item).bare};")
 
     def new_list(self, kind: c.CType, room: str) -> Expr:
-        """Declare an empty list with room for some elements."""
+        """Declare an empty list with room for this number of elements."""
         self.needs_space = True
         return self.declare(kind, text=f"new_{kind.name}(space, {room})")
 
-    def append_item(self, made: Expr, value: Any) -> None:
+    def append_item(self, items: Expr, value: Any) -> None:
         """Append a value to a list."""
         self.needs_space = True
-        if not isinstance(made.type, c.Listing):
+        if not isinstance(items.type, c.Listing):
             raise c.NoType("append needs a list that is a variable of the same function")
-        item = self.as_type(value, made.type.item)
-        self.emit(f"push_{made.type.name}(space, &{made.code}, {item.bare});")
+        item = self.as_type(value, items.type.item)
+        self.emit(f"push_{items.type.name}(space, &{items.code}, {item.bare});")
 
     # Conversions
 
-    def as_type(self, value: Any, wanted: c.CType) -> Expr:
-        """Return ``value`` as an expression of type ``wanted``, or raise NoType."""
+    def as_type(self, value: Any, target: c.CType) -> Expr:
+        """Return ``value`` as an expression of type ``target``, or raise NoType."""
         have = type_of(value)
-        if isinstance(value, Expr) and (have == wanted or wanted == c.UNKNOWN):
+        if isinstance(value, Expr) and (have == target or target == c.UNKNOWN):
             return value
-        self.program.define_type(wanted)
-        if isinstance(wanted, c.Maybe):
-            inner = "0" if have == c.NOTHING else f"true, {self.as_type(value, wanted.item).bare}"
-            return Expr(self, wanted, f"({wanted.name}){{{inner}}}")
+        self.program.define_type(target)
+        if isinstance(target, c.Maybe):
+            inner = "0" if have == c.NOTHING else f"true, {self.as_type(value, target.item).bare}"
+            return Expr(self, target, f"({target.name}){{{inner}}}")
         if isinstance(have, c.Maybe):
-            return self.as_type(unwrap(value), wanted)
-        if wanted == c.DUAL:
+            return self.as_type(unwrap(value), target)
+        if target == c.DUAL:
             parts = (value.value, value.slope) if isinstance(value, Dual) else (value, 0.0)
             return Expr(self, c.DUAL, f"(Dual){{{', '.join(self.as_type(part, c.FLOAT).bare for part in parts)}}}")
-        if have in (c.BOOL, c.INT, c.FLOAT, c.TEXT) and not isinstance(value, Expr) and have in (wanted, c.BOOL, c.INT):
-            return Expr(self, wanted, literal(float(value) if wanted == c.FLOAT else value))
-        if wanted in (c.INT, c.FLOAT) and have in (c.BOOL, c.INT):
-            return Expr(self, wanted, value.as_float or f"({wanted.name}){value.code}")
+        if have in (c.BOOL, c.INT, c.FLOAT, c.TEXT) and not isinstance(value, Expr) and have in (target, c.BOOL, c.INT):
+            return Expr(self, target, literal(float(value) if target == c.FLOAT else value))
+        if target in (c.INT, c.FLOAT) and have in (c.BOOL, c.INT):
+            return Expr(self, target, value.as_float or f"({target.name}){value.code}")
         items = known_items(value)
-        if items is not None and isinstance(wanted, c.Row) and len(items) == len(wanted.items):
-            inner = ", ".join(self.as_type(one, kind).bare for one, kind in zip(items, wanted.items, strict=True))
-            return Expr(self, wanted, f"({wanted.name}){{{inner}}}")
-        if isinstance(wanted, c.Listing) and (items == [] or have == c.Listing(c.UNKNOWN)):
-            return Expr(self, wanted, f"({wanted.name}){{0}}")
-        if isinstance(wanted, c.Listing) and isinstance(have, c.Listing | c.Row):
-            made = self.new_list(wanted, str(len(items or ())))
-            self.for_each(value, lambda one: self.append_item(made, one))
-            return made
-        if items is not None and have == wanted and isinstance(wanted, c.Struct):
-            return self.make_struct(wanted.kind, *items)
-        raise c.NoType(f"{have.name} is given where {wanted.name} is needed")
+        if items is not None and isinstance(target, c.Row) and len(items) == len(target.items):
+            inner = ", ".join(self.as_type(item, kind).bare for item, kind in zip(items, target.items, strict=True))
+            return Expr(self, target, f"({target.name}){{{inner}}}")
+        if isinstance(target, c.Listing) and (items == [] or have == c.Listing(c.UNKNOWN)):
+            return Expr(self, target, f"({target.name}){{0}}")
+        if isinstance(target, c.Listing) and isinstance(have, c.Listing | c.Row):
+            copy = self.new_list(target, str(len(items or ())))
+            self.for_each(value, lambda item: self.append_item(copy, item))
+            return copy
+        if items is not None and have == target and isinstance(target, c.Struct):
+            return self.make_struct(target.kind, *items)
+        raise c.NoType(f"{have.name} is given where {target.name} is needed")
 
     def unpack(self, value: Any, count: int) -> tuple[Any, ...]:
         """Return ``count`` elements of a tuple or list."""
@@ -176,35 +176,35 @@ class Body:
 
     # Loops
 
-    def repeat(self, head: str, assigned: Collection[str], turn: Callable[[], None]) -> None:
-        """Add a loop whose body ``turn`` translates; it assigns to variables, some of which live before it."""
+    def repeat(self, head: str, assigned: Collection[str], translate_body: Callable[[], None]) -> None:
+        """Add a loop whose body ``translate_body`` adds; it assigns to variables, of which some exist before it."""
         first = {name: self.env[name] for name in sorted(self.env.keys() & set(assigned))}
-        texts = {name: self.as_type(value, type_of(value)) for name, value in first.items()}
-        carried = {name: self.declare(text.type, name, text.bare) for name, text in texts.items()}
-        around = {**self.env, **{name: self.split_value(made) for name, made in carried.items()}}
-        self.env = dict(around)
-        own, after = {made.code for made in carried.values()}, {}
+        first = {name: self.as_type(value, type_of(value)) for name, value in first.items()}
+        carried = {name: self.declare(value.type, name, value.bare) for name, value in first.items()}
+        outer = {**self.env, **{name: self.split_value(variable) for name, variable in carried.items()}}
+        self.env = dict(outer)
+        carried_names, next_values = {variable.code for variable in carried.values()}, {}
         with self.open_block(head):
-            turn()
-            for name, made in carried.items():
-                new = self.as_type(self.env[name], made.type)
-                if own & set(re.findall(r"\w+", new.code)):
-                    new = self.declare(made.type, name, new.bare)
-                after[made.code] = new.bare
-            for code, value in after.items():
-                self.emit(f"{code} = {value};")
-        self.env, self.ended = around, False
+            translate_body()
+            for name, variable in carried.items():
+                value = self.as_type(self.env[name], variable.type)
+                if carried_names & set(re.findall(r"\w+", value.code)):
+                    value = self.declare(variable.type, name, value.bare)
+                next_values[variable.code] = value.bare
+            for code, text in next_values.items():
+                self.emit(f"{code} = {text};")
+        self.env, self.ended = outer, False
 
-    def for_each(self, over: Any, take: Callable[[Any], None], assigned: Collection[str] = ()) -> None:
-        """Let ``take`` see every element: unrolled where they are known one by one, else in a loop."""
+    def for_each(self, over: Any, visit: Callable[[Any], None], assigned: Collection[str] = ()) -> None:
+        """Call ``visit`` with every element: one by one if all of them are known, else once inside a loop in C."""
         items = known_items(over)
         if items is not None:
             for item in items:
-                take(item)
+                visit(item)
             return
         run, k = self.loop_range(over), self.fresh_name("k")
         count = self.name_value(Expr(self, c.INT, run.count)).code
-        self.repeat(f"for (int64_t {k} = 0; {k} < {count}; {k}++)", assigned, lambda: take(run.at(k)))
+        self.repeat(f"for (int64_t {k} = 0; {k} < {count}; {k}++)", assigned, lambda: visit(run.at(k)))
 
     # Tuples and lists
 
@@ -218,38 +218,38 @@ class Body:
         return Run(sequence.path("count"), lambda k: self.get_item(sequence, Expr(self, c.INT, k)))
 
     def collect(self, fill: Callable[[Callable[[Any], None]], None], room: str = "0") -> Any:
-        """Return what ``fill`` puts: a tuple where no loop in C is in between, else a list."""
+        """Return the values that ``fill`` adds: a tuple, or a list if it adds them inside a loop in C."""
         values: list[Any] = []
         lines: list[str] = []
         outer = deepest = self.depth
 
-        def see(value: Any) -> None:
+        def add(value: Any) -> None:
             nonlocal deepest
             deepest = max(deepest, self.depth)
             values.append(value)
 
         with self.collect_aside(lines, 0):
-            fill(see)
+            fill(add)
         if deepest == outer:
             self.lines += lines
             return tuple(values)
-        made = self.new_list(c.Listing(c.element_type(c.Row(tuple(map(type_of, values))))), room)
-        fill(lambda value: self.append_item(made, value))
-        return made
+        items = self.new_list(c.Listing(c.element_type(c.Row(tuple(map(type_of, values))))), room)
+        fill(lambda value: self.append_item(items, value))
+        return items
 
     def make_display(self, *parts: tuple[bool, Any]) -> Any:
-        """Return ``(a, *b)``: of known length unless a list is among its parts."""
-        kept = [(is_starred, self.name_value(one) if is_starred else one) for is_starred, one in parts]
-        rooms = [self.loop_range(one).count for is_starred, one in kept if is_starred and known_items(one) is None]
+        """Return ``(a, *b)``; its length is known unless one of its starred parts is a list."""
+        values = [(is_starred, self.name_value(value) if is_starred else value) for is_starred, value in parts]
+        rooms = [self.loop_range(value).count for starred, value in values if starred and known_items(value) is None]
 
-        def fill(put: Callable[[Any], None]) -> None:
-            for is_starred, one in kept:
-                self.for_each(one, put) if is_starred else put(one)
+        def fill(add: Callable[[Any], None]) -> None:
+            for is_starred, value in values:
+                self.for_each(value, add) if is_starred else add(value)
 
         return self.collect(fill, rooms[0] if rooms else "0")
 
     def get_item(self, value: Any, index: Any) -> Any:
-        """``value[index]``; a part of a list is a list of its own."""
+        """Return ``value[index]``; a slice of a list is a new list."""
         value = unwrap(value)
         bounds = (index.start, index.stop, index.step) if isinstance(index, slice) else (index,)
         items = known_items(value)
@@ -268,7 +268,7 @@ class Body:
         return Expr(self, value.type, f"part_of_{value.type.name}(space, {value.code}, {first}, {beyond}, {step})")
 
     def index_text(self, value: Expr, index: Any) -> str:
-        """Return an index as C counts it: a negative one counts from the end."""
+        """Return an index in C; a negative one counts from the end."""
         if index is None:
             return ""
         if isinstance(index, int) and index < 0:
@@ -277,17 +277,18 @@ class Body:
 
     # Functions and classes of the project
 
-    def make_struct(self, kind: type, *given: Any, **named: Any) -> Expr:
+    def make_struct(self, kind: type, *values: Any, **fields: Any) -> Expr:
         """Make a struct: ``PlantState(...)``."""
-        bound = inspect.signature(kind).bind(*given, **named)
+        bound = inspect.signature(kind).bind(*values, **fields)
         bound.apply_defaults()
-        inner = [f".{name} = {self.as_type(bound.arguments[name], own).bare}" for name, own in c.fields(kind).items()]
-        made = self.declare(c.Struct(kind), kind.__name__.lower(), f"{{{', '.join(inner)}}}")
-        if hasattr(kind, "__post_init__"):  # it checks itself
-            self.program.call(self, kind.__post_init__, made)
-        return made
+        types = c.fields(kind)
+        inner = [f".{name} = {self.as_type(bound.arguments[name], of_field).bare}" for name, of_field in types.items()]
+        struct = self.declare(c.Struct(kind), kind.__name__.lower(), f"{{{', '.join(inner)}}}")
+        if hasattr(kind, "__post_init__"):  # its own checks
+            self.program.call(self, kind.__post_init__, struct)
+        return struct
 
     def replace_fields(self, old: Expr, **new: Any) -> Expr:
-        """``old._replace(...)``: a copy of a struct with other values in some fields."""
+        """Return ``old._replace(...)``: a copy of a struct with other values in some fields."""
         assert isinstance(old.type, c.Struct)
         return self.make_struct(old.type.kind, **{name: getattr(old, name) for name in c.fields(old.type.kind)} | new)

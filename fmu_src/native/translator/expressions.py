@@ -1,8 +1,8 @@
-"""Expressions: Python's own value where it is known, an expression in C where it is not.
+"""Expressions: a Python value if it is known, an expression in C if it is not.
 
-The syntax tree is walked as Python evaluates it. Operators, fields and calls are Python's own, of values that are known
-and of :class:`.values.Expr`; comprehensions are loops of the function in translation, :class:`.body.Body`, and what
-Python decides itself (``and``, ``not``, ``is``, ``in``, ``a if b else c``) stands in :mod:`.values`.
+The syntax tree is evaluated in Python's order. Python itself applies operators, fields and calls, to known values and
+to :class:`.values.Expr`. Comprehensions are loops of :class:`.body.Body`. Classes cannot redefine ``and``, ``not``,
+``is``, ``in`` and ``a if b else c``, so these are in :mod:`.values`.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ _SYMBOLS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "=="
 def evaluate(body: Any, node: ast.expr | None) -> Any:
     """Return the value of an expression."""
 
-    def of(one: ast.expr) -> Any:
-        return evaluate(body, one.value if isinstance(one, ast.Starred | ast.FormattedValue) else one)
+    def of(child: ast.expr) -> Any:
+        return evaluate(body, child.value if isinstance(child, ast.Starred | ast.FormattedValue) else child)
 
     match node:
         case None:
@@ -40,19 +40,20 @@ def evaluate(body: Any, node: ast.expr | None) -> Any:
         case ast.Name(name):
             return body.env[name] if name in body.env else _stage_value(body, eval(name, body.function.__globals__))
         case ast.Attribute(owner, name):
-            whole = of(owner)
-            return _stage_value(body, getattr(whole, name)) if isinstance(whole, ModuleType) else getattr(whole, name)
+            value = of(owner)
+            return _stage_value(body, getattr(value, name)) if isinstance(value, ModuleType) else getattr(value, name)
         case ast.Call(function, positional, keywords):
-            call, given = of(function), list[Any]()
-            for one in positional:
-                if (items := known_items(of(one)) if isinstance(one, ast.Starred) else [of(one)]) is None:
-                    raise NoType(f"{ast.unparse(one)} has no translation to C: how many values it holds is not known")
-                given += items
-            return call(*given, **{str(one.arg): of(one.value) for one in keywords})
+            call, arguments = of(function), list[Any]()
+            for part in positional:
+                items = known_items(of(part)) if isinstance(part, ast.Starred) else [of(part)]
+                if items is None:
+                    raise NoType(f"{ast.unparse(part)} has no translation to C: how many values it holds is not known")
+                arguments += items
+            return call(*arguments, **{str(keyword.arg): of(keyword.value) for keyword in keywords})
         case ast.Tuple(parts) | ast.List(parts):
-            if any(isinstance(one, ast.Starred) for one in parts):
-                return body.make_display(*((isinstance(one, ast.Starred), of(one)) for one in parts))
-            return [of(one) for one in parts] if isinstance(node, ast.List) else tuple(of(one) for one in parts)
+            if any(isinstance(part, ast.Starred) for part in parts):
+                return body.make_display(*((isinstance(part, ast.Starred), of(part)) for part in parts))
+            return [of(part) for part in parts] if isinstance(node, ast.List) else tuple(of(part) for part in parts)
         case ast.Slice(lower, upper, step):
             return slice(*(evaluate(body, bound) for bound in (lower, upper, step)))
         case ast.Subscript(owner, place):
@@ -68,9 +69,9 @@ def evaluate(body: Any, node: ast.expr | None) -> Any:
         case ast.IfExp(test, yes, no):
             return choose(body, of(test), lambda: of(yes), lambda: of(no))
         case ast.ListComp(element, parts) | ast.GeneratorExp(element, parts):
-            return body.collect(lambda put: _fill_items(body, element, parts, put))
+            return body.collect(lambda add: _fill_items(body, element, parts, add))
         case ast.JoinedStr(parts):
-            texts = [of(one) for one in parts]
+            texts = [of(part) for part in parts]
             if any(isinstance(text, Expr) for text in texts):
                 raise NoType("a text that is made at run time has no translation to C")
             return "".join(map(str, texts))
@@ -83,8 +84,8 @@ def assign(body: Any, target: ast.expr, value: Any) -> None:
         case ast.Name(name):
             body.store(name, value)
         case ast.Tuple(parts):
-            for one, part in zip(parts, body.name_value(body.unpack(value, len(parts))), strict=True):
-                assign(body, one, part)
+            for part, item in zip(parts, body.name_value(body.unpack(value, len(parts))), strict=True):
+                assign(body, part, item)
         case ast.Subscript(owner, place):
             body.set_item(evaluate(body, owner), evaluate(body, place), value)
         case _:
@@ -92,7 +93,7 @@ def assign(body: Any, target: ast.expr, value: Any) -> None:
 
 
 def _stage_value(body: Any, value: Any) -> Any:
-    """Return what stands in the place of a value of Python's, which is a function or a constant."""
+    """Return the value during translation of a global: a constant, or what translates the calls of a function."""
     if not callable(value):
         return value
     if value in REFUSED:
@@ -106,7 +107,7 @@ def _stage_value(body: Any, value: Any) -> Any:
 
 
 def _connect(body: Any, join: Callable[..., Any], nodes: Sequence[ast.expr]) -> Any:
-    """Return values joined by ``and`` or ``or``; each is computed only where those before do not decide."""
+    """Return values joined by ``and`` or ``or``; each is computed only if the ones before it do not decide."""
     first, *others = nodes
     value = evaluate(body, first)
     return join(body, value, lambda: _connect(body, join, others)) if others else value
@@ -127,19 +128,19 @@ def _compare_chain(body: Any, a: Any, operations: Sequence[ast.cmpop], nodes: Se
     return both(body, holds, lambda: _compare_chain(body, b, operations[1:], nodes[1:])) if nodes[1:] else holds
 
 
-def _fill_items(body: Any, element: ast.expr, parts: Sequence[ast.comprehension], put: Callable[[Any], None]) -> None:
-    """Put the elements of a comprehension, whose loops are ``parts``."""
-    if not parts:
-        put(evaluate(body, element))
+def _fill_items(body: Any, element: ast.expr, loops: Sequence[ast.comprehension], add: Callable[[Any], None]) -> None:
+    """Add the elements of a comprehension."""
+    if not loops:
+        add(evaluate(body, element))
         return
-    part = parts[0]
-    if part.ifs:
+    loop = loops[0]
+    if loop.ifs:
         raise NoType("a comprehension with a condition has no translation to C; write a loop")
 
-    def take(item: Any) -> None:
-        around, body.env = body.env, dict(body.env)
-        assign(body, part.target, item)
-        _fill_items(body, element, parts[1:], put)
-        body.env = around
+    def visit(item: Any) -> None:
+        outer, body.env = body.env, dict(body.env)
+        assign(body, loop.target, item)
+        _fill_items(body, element, loops[1:], add)
+        body.env = outer
 
-    body.for_each(evaluate(body, part.iter), take)
+    body.for_each(evaluate(body, loop.iter), visit)

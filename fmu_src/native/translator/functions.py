@@ -1,7 +1,7 @@
-"""What functions of Python's own do with values that are known at run time only.
+"""Translations of Python's built-in functions, of :mod:`math` and of :mod:`functools`.
 
 ``sum`` of floats is refused: from Python 3.12 on it compensates rounding, which no C library does. ``math.hypot`` is
-refused: CPython's differs from the C library's in the last bit. The step path has functions of its own for both.
+refused: CPython's differs from the C library's in the last bit. The project has its own functions for both.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ REFUSED: dict[Any, str] = {
 
 
 def _mathematical(name: str) -> Callable[..., Expr]:
-    def translate(body: Body, *given: Any) -> Any:
-        x = given[0]
+    def translate(body: Body, *arguments: Any) -> Any:
+        x = arguments[0]
         if not isinstance(x, Dual):
-            return Expr(body, FLOAT, f"{name}({', '.join(body.as_type(value, FLOAT).bare for value in given)})")
+            return Expr(body, FLOAT, f"{name}({', '.join(body.as_type(value, FLOAT).bare for value in arguments)})")
         slope = SLOPES.get(getattr(math, name))
         if slope is None:
             raise NoType(f"the function {name} has no slope in heli_plant.dual")
@@ -43,7 +43,7 @@ def _mathematical(name: str) -> Callable[..., Expr]:
 
 
 def _whole(name: str) -> Callable[..., Expr]:
-    """``floor``, ``ceil`` and ``round``: an int, which has no minus zero; a step is flat wherever it has a slope."""
+    """Return the translation of ``floor``, ``ceil`` or ``round``: an int, which has no minus zero and no slope."""
 
     def translate(body: Body, x: Any) -> Expr:
         text = body.as_type(x.value if isinstance(x, Dual) else x, FLOAT).bare
@@ -61,16 +61,16 @@ def _abs(body: Body, x: Any) -> Any:
 
 
 def _extreme(name: str) -> Callable[..., Any]:
-    """``max`` and ``min`` of several numbers, or of the elements of one list: the first of equal values."""
+    """Return the translation of ``max`` or ``min``, of several numbers or of a list: the first of equal values."""
 
     def translate(body: Body, *values: Any) -> Any:
         if len(values) > 1:
             kind = functools.reduce(join_types, map(type_of, values))
             which = f"{name}_{'float' if kind == FLOAT else 'int'}"
-            whole = body.as_type(values[0], kind)
+            result = body.as_type(values[0], kind)
             for value in values[1:]:
-                whole = Expr(body, kind, f"{which}({whole.bare}, {body.as_type(value, kind).bare})")
-            return whole
+                result = Expr(body, kind, f"{which}({result.bare}, {body.as_type(value, kind).bare})")
+            return result
         run = body.loop_range(values[0])
         best = body.declare(type_of(run.at("0")), "best", "0")
         k = body.fresh_name("k")
@@ -91,21 +91,21 @@ def _len(body: Body, value: Any) -> Any:
 def _range(body: Body, *bounds: Any) -> Any:
     if all(isinstance(bound, int) for bound in bounds):
         return tuple(range(*bounds))
-    first, beyond, step = bounds if len(bounds) == 3 else (*((0, *bounds) if len(bounds) == 1 else bounds), 1)
-    if not isinstance(step, int) or {type_of(first), type_of(beyond)} != {INT}:
+    first, stop, step = bounds if len(bounds) == 3 else (*((0, *bounds) if len(bounds) == 1 else bounds), 1)
+    if not isinstance(step, int) or {type_of(first), type_of(stop)} != {INT}:
         raise NoType("range needs ints, and a step that is written out")
     if not isinstance(first, Expr) and (first, step) == (0, 1):
-        return Run(beyond.bare, lambda k: Expr(body, INT, k))
+        return Run(stop.bare, lambda k: Expr(body, INT, k))
     start = body.name_value(body.as_type(first, INT)).code
-    count = f"range_count({start}, {body.as_type(beyond, INT).bare}, {step})"
+    count = f"range_count({start}, {body.as_type(stop, INT).bare}, {step})"
     return Run(count, lambda k: Expr(body, INT, f"({start} + {step} * {k})" if step != 1 else f"({start} + {k})"))
 
 
-def _zip(body: Body, *given: Any, strict: bool = False) -> Any:
-    known = [known_items(one) for one in given]
+def _zip(body: Body, *sequences: Any, strict: bool = False) -> Any:
+    known = [known_items(sequence) for sequence in sequences]
     if all(items is not None for items in known):
         return tuple(zip(*known, strict=strict))
-    runs = [body.loop_range(one) for one in given]
+    runs = [body.loop_range(sequence) for sequence in sequences]
     count = runs[0].count
     for other in runs[1:] if not strict else []:
         count = f"min_int({count}, {other.count})"
@@ -117,18 +117,18 @@ def _enumerate(body: Body, over: Any) -> Any:
     return _zip(body, _range(body, _len(body, over)), over, strict=True)
 
 
-def _map(body: Body, function: Callable[..., Any], *given: Any) -> Any:
-    zipped = _zip(body, *given)
+def _map(body: Body, function: Callable[..., Any], *sequences: Any) -> Any:
+    zipped = _zip(body, *sequences)
     return Run(zipped.count, lambda k: function(*zipped.at(k)))
 
 
 def _tuple(body: Body, over: Any) -> Any:
-    """``tuple``: a copy, unless this is a new list, which no variable of Python's changes."""
+    """Return a copy, unless ``over`` is a new list without a name, which nothing else changes."""
     return over if isinstance(over, Expr) and over.code.startswith("t_") else body.make_display((True, over))
 
 
 def _reduce(body: Body, function: Callable[..., Any], over: Any, start: Any) -> Any:
-    """``reduce(f, xs, start)`` of floats: a loop, from left to right."""
+    """Return ``reduce(f, xs, start)`` of floats, by a loop from left to right."""
     total = body.declare(FLOAT, "total", body.as_type(start, FLOAT).bare)
 
     def add(item: Any) -> None:
@@ -158,4 +158,4 @@ STAGED: dict[Any, Callable[..., Any]] = {
     list: lambda body, over: body.make_display((True, over)),
     dataclasses.replace: Body.replace_fields,
 }
-"""What stands in the place of a function of Python's own; the first argument is the function in translation."""
+"""Translation of each function of Python; its first argument is the function in translation."""

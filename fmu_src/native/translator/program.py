@@ -1,7 +1,7 @@
-"""A program: every function that its entries need, made for the types of its arguments as a template is; its text.
+"""A program: every function that its entries need, translated for the types of its arguments like a C++ template.
 
 translation = Translation()
-entry = translation.translate_entry(function)       refuses with file, line and reason what it does not know
+entry = translation.translate_entry(function)       Untranslatable: file, line and reason
 header(translation), source(translation)            text
 """
 
@@ -22,7 +22,7 @@ from .values import type_of
 
 
 class Translation:
-    """Functions and types that a program needs; ``externals`` are names of functions that are written in C."""
+    """Functions and types of a program; ``externals`` are the names in C of functions that are written by hand."""
 
     def __init__(self, externals: Mapping[Callable[..., Any], str] | None = None) -> None:
         self.externals = externals or {}
@@ -30,13 +30,13 @@ class Translation:
         self.entries: list[Body] = []
         self.types: list[c.CType] = []
 
-    def translate_entry(self, function: Callable[..., Any], given: Mapping[str, Any] | None = None) -> Body:
-        """Translate a function that C by hand calls, or raise Untranslatable; types that are ``given`` prevail."""
-        function, given = inspect.unwrap(function), given or {}
+    def translate_entry(self, function: Callable[..., Any], types: Mapping[str, Any] | None = None) -> Body:
+        """Translate a function that C code calls, or raise Untranslatable; ``types`` replace its annotations."""
+        function, types = inspect.unwrap(function), types or {}
         assert isinstance(function, FunctionType)
         kinds = []
-        for name, own in c.parameter_types(function).items():
-            kind = c.annotation_type(given[name]) if name in given else own
+        for name, annotated in c.parameter_types(function).items():
+            kind = c.annotation_type(types[name]) if name in types else annotated
             if kind is None:
                 Body(self, "", function, {}, None).refuse(None, f"the parameter {name} needs an annotation")
             kinds.append(kind)
@@ -50,25 +50,27 @@ class Translation:
             parameters = dict(zip(inspect.signature(function).parameters, arguments, strict=True))
             for kind in arguments:
                 self.define_type(kind)
-            hinted = None if c.DUAL in arguments else c.annotation(function, "return")
-            body = Body(self, self._name(function, c.DUAL in arguments), function, parameters, hinted)
+            result = None if c.DUAL in arguments else c.annotation(function, "return")
+            body = Body(self, self._name(function, c.DUAL in arguments), function, parameters, result)
             if function in self.externals:
                 body.name, body.needs_space, body.is_external = self.externals[function], True, True
                 self.define_type(body.result)
             else:
                 translate(body)
-            self.functions[key] = body  # behind those that it calls
+            self.functions[key] = body  # after those that it calls
         return self.functions[key]
 
-    def call(self, body: Body, function: Any, *given: Any, **named: Any) -> Any:
-        """Let ``body`` call a function of the project, which is translated for the types of its arguments."""
+    def call(self, body: Body, function: Any, *positional: Any, **keywords: Any) -> Any:
+        """Add to ``body`` a call of a project's function, which is translated for the types of its arguments."""
         function = inspect.unwrap(function)
-        bound = inspect.signature(function).bind(*given, **named)
+        bound = inspect.signature(function).bind(*positional, **keywords)
         bound.apply_defaults()
         values = []
-        for value, hint in zip(bound.arguments.values(), c.parameter_types(function).values(), strict=True):
+        for value, annotated in zip(bound.arguments.values(), c.parameter_types(function).values(), strict=True):
             kind = type_of(value)
-            values.append(body.as_type(value, kind if hint is None or (kind, hint) == (c.DUAL, c.FLOAT) else hint))
+            if annotated is not None and (kind, annotated) != (c.DUAL, c.FLOAT):
+                kind = annotated
+            values.append(body.as_type(value, kind))
         called = self.translate_function(function, tuple(map(type_of, values)))
         body.needs_space = body.needs_space or called.needs_space
         texts = ["space"] if called.needs_space else []
@@ -81,46 +83,46 @@ class Translation:
         return body.emit(f"{text};")
 
     def _name(self, function: Any, differentiated: bool) -> str:
-        """Return a name in C: the module's and the function's."""
-        own = re.sub(r"\W+|__+", "_", function.__qualname__).strip("_")
-        base = name = f"{function.__module__.rpartition('.')[2]}_{own}{'_dual' if differentiated else ''}"
-        taken, number = {body.name for body in self.functions.values()}, 1
-        while name in taken:
+        """Return a new name in C, of module and function."""
+        function_name = re.sub(r"\W+|__+", "_", function.__qualname__).strip("_")
+        base = name = f"{function.__module__.rpartition('.')[2]}_{function_name}{'_dual' if differentiated else ''}"
+        used, number = {body.name for body in self.functions.values()}, 1
+        while name in used:
             number += 1
             name = f"{base}_{number}"
         return name
 
     def define_type(self, kind: c.CType) -> None:
-        """Define a type behind those that it is made of."""
+        """Define a type after the types of its members."""
         if c.parts_of(kind) and kind not in self.types and kind != c.Listing(c.UNKNOWN):
             for _, inner in c.parts_of(kind):
                 self.define_type(inner)
             self.types.append(kind)
 
 
-def render_types(template: str, translation: Translation, **given: Any) -> str:
+def render_types(template: str, translation: Translation, **context: Any) -> str:
     """Return the text of a template that defines the types of a program."""
     lists = [kind for kind in translation.types if isinstance(kind, c.Listing)]
-    return render(template, types=translation.types, lists=lists, parts=c.parts_of, **given)
+    return render(template, types=translation.types, lists=lists, parts=c.parts_of, **context)
 
 
 def header(translation: Translation, memory: c.CType = c.NOTHING) -> str:
-    """Return the header of a program: its types, the functions that C by hand calls, and bytes of the ``memory``.
+    """Return the header of a program: its types, its entries, and for the types of ``memory`` functions ``pass_T``.
 
-    ``pass_T`` gives a value of a type, and of its parts, to bytes, or takes it back.
+    ``pass_T`` writes a value of type T to bytes, or reads it.
     """
     translation.define_type(memory)
-    kept = set(_all_parts(memory))
+    saved = set(_all_parts(memory))
     external = [body for body in translation.functions.values() if body.is_external]
     return render_types(
         "model.h.j2", translation, heads=[_head(body) for body in (*translation.entries, *external)],
-        kept=[kind for kind in translation.types if kind in kept], plain=set(filter(_is_plain, kept)),
+        saved=[kind for kind in translation.types if kind in saved], plain=set(filter(_is_plain, saved)),
         maybes=[kind for kind in translation.types if isinstance(kind, c.Maybe)],
     )  # fmt: skip
 
 
 def _is_plain(kind: c.CType) -> bool:
-    """Return whether all bytes of a type are its doubles' and integers', so that it passes as it lies in memory."""
+    """Return whether a type consists of doubles and integers only, so that its bytes can be copied."""
     if isinstance(kind, c.Struct | c.Row):
         return all(_is_plain(inner) for _, inner in c.parts_of(kind))
     return kind in (c.FLOAT, c.INT)
@@ -141,15 +143,15 @@ def _head(body: Body) -> str:
 
 
 def _text(body: Body, is_static: bool) -> str:
-    """Return a function's definition, its docstring's first sentence above it."""
-    said = (inspect.getdoc(body.function) or "").split("\n\n")[0].replace("\n", " ").replace("*/", "* /")
-    where = f"{body.function.__module__}.{body.function.__qualname__}"
-    comment = fill(f"/* {where}{': ' if said else ''}{said} */", 118, subsequent_indent="   ")
+    """Return a function's definition below the first paragraph of its docstring."""
+    summary = (inspect.getdoc(body.function) or "").split("\n\n")[0].replace("\n", " ").replace("*/", "* /")
+    name = f"{body.function.__module__}.{body.function.__qualname__}"
+    comment = fill(f"/* {name}{': ' if summary else ''}{summary} */", 118, subsequent_indent="   ")
     return "\n".join([comment, "static " * is_static + _head(body), "{", *body.lines, "}", ""])
 
 
 def functions(translation: Translation, is_alone: bool = False) -> str:
-    """Return what the entries of a program need, each function behind those that it calls; ``is_alone`` hides all."""
+    """Return the functions that the entries need, each after those that it calls; ``is_alone`` makes all static."""
     needed, texts = {body.name for body in translation.entries}, list[str]()
     for body in reversed(translation.functions.values()):
         if body.name in needed and not body.is_external:

@@ -11,17 +11,17 @@ from typing import Any
 from .body import Body
 from .expressions import OPERATIONS, assign, evaluate
 from .types import BOOL, FLOAT, INT, NOTHING, TEXT, UNKNOWN, NoType, annotation_type, join_types
-from .values import Expr, branch, opposite, quote, truth, type_of, unwrap
+from .values import Expr, emit_branches, opposite, quote, truth, type_of, unwrap
 
 
 def translate(body: Body) -> None:
-    """Translate a function, and again if its results have several types."""
+    """Translate a function; if its results have several types, translate it again for the joined type."""
     tree = ast.parse(dedent(inspect.getsource(body.function))).body[0]
     assert isinstance(tree, ast.FunctionDef)
-    body.stored = set(_changed_in_place(tree))
-    before: Any = None
-    while body.result != before:
-        before = body.result
+    body.changed_lists = set(_changed_in_place(tree))
+    last_result: Any = None
+    while body.result != last_result:
+        last_result = body.result
         body.begin()
         translate_block(body, tree.body)
         if body.result == UNKNOWN:
@@ -42,12 +42,12 @@ def _changed_in_place(definition: ast.AST) -> Iterable[str]:
 
 def _assigned_names(nodes: Iterable[ast.AST]) -> set[str]:
     """Return the variables that are assigned to."""
-    parts = (part for node in nodes for part in ast.walk(node))
-    return {part.id for part in parts if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store)}
+    names = (name for node in nodes for name in ast.walk(node) if isinstance(name, ast.Name))
+    return {name.id for name in names if isinstance(name.ctx, ast.Store)}
 
 
 def translate_block(body: Body, nodes: list[ast.stmt]) -> None:
-    """Translate statements up to the first that leaves the block."""
+    """Translate statements up to the first one that leaves the block."""
     for node in nodes:
         if body.ended:
             return
@@ -64,7 +64,7 @@ def _translate(body: Body, node: ast.stmt) -> None:
             for target in targets:
                 assign(body, target, value)
         case ast.AnnAssign(target, annotation, expression):
-            wanted = annotation_type(eval(ast.unparse(annotation), body.function.__globals__))  # our own source
+            wanted = annotation_type(eval(ast.unparse(annotation), body.function.__globals__))  # source of this project
             value = evaluate(body, expression)
             assign(body, target, value if type_of(value) == wanted else body.split_value(body.as_type(value, wanted)))
         case ast.AugAssign(target, operation, expression):
@@ -77,7 +77,7 @@ def _translate(body: Body, node: ast.stmt) -> None:
             _repeat_for(body, node)
         case ast.Return(expression):
             value = evaluate(body, expression)
-            body.result = body.hinted or join_types(body.result, type_of(value))
+            body.result = body.annotated_result or join_types(body.result, type_of(value))
             body.program.define_type(body.result)
             body.emit("return;" if body.result == NOTHING else f"return {body.as_type(value, body.result).bare};")
             body.ended = True
@@ -92,54 +92,54 @@ def _translate(body: Body, node: ast.stmt) -> None:
 
 
 def _branch(body: Body, test: Expr, yes: list[ast.stmt], no: list[ast.stmt]) -> None:
-    before, parts, ends = body.env, ([], []), []  # type: ignore[var-annotated]
-    for lines, nodes in zip(parts, (yes, no), strict=True):
+    before, blocks, variables = body.env, ([], []), []  # type: ignore[var-annotated]
+    for lines, nodes in zip(blocks, (yes, no), strict=True):
         body.env, body.ended = dict(before), False
         with body.collect_aside(lines):
             translate_block(body, nodes)
-        ends.append(None if body.ended else body.env)
-    after = branch(body, test, parts, ends)
-    body.env, body.ended = after or before, after is None
+        variables.append(None if body.ended else body.env)
+    merged = emit_branches(body, test, blocks, variables)
+    body.env, body.ended = merged or before, merged is None
 
 
 def _repeat_while(body: Body, test: ast.expr, inner: list[ast.stmt]) -> None:
-    def turn() -> None:
+    def translate_body() -> None:
         body.emit(f"if ({body.as_type(opposite(body, evaluate(body, test)), BOOL).bare})")
         body.emit("    break;")
         translate_block(body, inner)
 
-    body.repeat("for (;;)", _assigned_names(inner), turn)
+    body.repeat("for (;;)", _assigned_names(inner), translate_body)
 
 
 def _repeat_for(body: Body, node: ast.For) -> None:
-    def take(item: Any) -> None:
+    def visit(item: Any) -> None:
         assign(body, node.target, item)
         translate_block(body, node.body)
 
-    body.for_each(evaluate(body, node.iter), take, _assigned_names([node]))
+    body.for_each(evaluate(body, node.iter), visit, _assigned_names([node]))
 
 
 def _refuse(body: Body, message: ast.expr) -> None:
-    """Refuse the call of the host with a message, as ``raise`` does."""
-    form, values = "", []
+    """Translate ``raise``: refuse the call of the host with a message."""
+    text_format, values = "", []
     for part in message.values if isinstance(message, ast.JoinedStr) else [message]:
         if not isinstance(part, ast.FormattedValue):
-            form += str(evaluate(body, part)).replace("%", "%%")
+            text_format += str(evaluate(body, part)).replace("%", "%%")
             continue
         value = unwrap(evaluate(body, part.value))
         kind = type_of(value)
         text = body.as_type(value, kind).bare
         if kind == TEXT:
-            form += "'%s'" if part.conversion == ord("r") else "%s"
+            text_format += "'%s'" if part.conversion == ord("r") else "%s"
         elif kind == INT:
-            form, text = form + "%lld", f"(long long){text}"
+            text_format, text = text_format + "%lld", f"(long long){text}"
         elif kind == FLOAT and part.format_spec is not None:
-            form += f"%{evaluate(body, part.format_spec)}"
+            text_format += f"%{evaluate(body, part.format_spec)}"
         elif kind == FLOAT:
-            form, text = form + "%s", f"shortest(space, {text})"
+            text_format, text = text_format + "%s", f"shortest(space, {text})"
         else:
             raise NoType("this value has no form in a message")
         values.append(text)
     body.needs_space = True
-    body.emit(f"refuse(space, {', '.join([quote(form), *values])});")
+    body.emit(f"refuse(space, {', '.join([quote(text_format), *values])});")
     body.ended = True

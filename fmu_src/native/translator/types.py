@@ -1,8 +1,7 @@
 """Types of the translated subset, their names in C, and the smallest type that holds two others.
 
-Scalars are those of C, NamedTuples, dataclasses and tuples of known length are structs, and so are lists (count, room,
-and elements in the unit's own memory) and values that may be None. A tuple becomes a list, an int a float, where one is
-needed; a function in a field is its number.
+Scalars are C's. Structs are NamedTuples, dataclasses, tuples of known length, lists (count, room, and a pointer to the
+elements in the unit's memory) and values that may be None. If necessary a tuple becomes a list, and an int a float.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from heli_plant.dual import Dual
 
 @dataclass(frozen=True)
 class Scalar:
-    """A type of C itself; ``short`` stands in the names of the types that are made of it."""
+    """A scalar type of C; ``short`` is part of the names of composed types."""
 
     name: str
     short: str
@@ -28,10 +27,10 @@ class Scalar:
 
 FLOAT, INT, BOOL = Scalar("double", "f"), Scalar("int64_t", "i"), Scalar("bool", "b")
 DUAL = Scalar("Dual", "d")
-"""A double with its slope in one direction (:mod:`heli_plant.dual`); takes the place of a float."""
+"""A double with its slope in one direction (:mod:`heli_plant.dual`), in place of a float."""
 TEXT = Scalar("const char *", "s")
 NOTHING = Scalar("void", "n")
-UNKNOWN = Scalar("unknown", "u")  # the type of the elements of an empty list
+UNKNOWN = Scalar("unknown", "u")  # type of the elements of an empty list
 NUMBERS = (BOOL, INT, FLOAT, DUAL)
 
 
@@ -107,7 +106,7 @@ def element_type(sequence: Row | Listing) -> CType:
 
 
 def parts_of(kind: CType) -> list[tuple[str, CType]]:
-    """Return the members of a type in C: name and type; of a list its elements."""
+    """Return names and types of the members of a composed type; those of a list are its elements."""
     if isinstance(kind, Struct):
         return list(fields(kind.kind).items())
     if isinstance(kind, Row):
@@ -147,12 +146,12 @@ def annotation_type(hint: Any) -> CType:
 
 
 def parameter_types(function: types.FunctionType) -> dict[str, CType | None]:
-    """Return the type of each parameter as its annotation says it; None where there is none that C has."""
+    """Return the type of each parameter from its annotation; None if there is none, or none that C has."""
     return {name: annotation(function, name) for name in inspect.signature(function).parameters}
 
 
 def annotation(function: types.FunctionType, name: str) -> CType | None:
-    """Return the type of a parameter, or of ``return``, as its annotation says it; None where it says none."""
+    """Return the type of a parameter, or of ``return``, from its annotation; None if there is none that C has."""
     try:
         return annotation_type(get_type_hints(function)[name])
     except (KeyError, NoType):

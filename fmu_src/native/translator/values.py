@@ -1,10 +1,10 @@
-"""Values while a function is translated: Python's own where they are known, expressions in C where they are not.
+"""Values during translation: Python values if they are known, expressions in C if they are not.
 
-What is known Python decides while it translates (``is None``, ``and``, ``not``, ``a if b else c``), the rest C decides.
+``is None``, ``and``, ``not``, ``a if b else c`` are decided during translation if their values are known, else in C.
 
-An expression in C has Python's operators: each gives the expression in C of its result. C has the same operators for
-floats, so that sums and products are rounded in the same order. Where the two differ, a function of ``arithmetic.h``
-does what Python does: ``%``, ``//``.
+An expression in C has Python's operators: each returns the expression in C of its result. C has the same operators for
+floats, so that sums and products are rounded in the same order. Where the two languages differ (``%``, ``//``), a
+function of ``arithmetic.h`` does what Python does.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from . import types as c
 
 
 class Expr:
-    """An expression in C of a type; its ``code`` is in parentheses if it has an operator.
+    """A typed expression in C; its ``code`` is in parentheses if it has an operator.
 
-    ``as_float`` is the text of the same number as a double, where it was a double before Python made an int of it.
+    ``as_float`` is the same number as a double, if Python's ``floor`` or ``round`` made an int of a double.
     """
 
     __slots__ = ("as_float", "body", "code", "type")
@@ -33,21 +33,21 @@ class Expr:
 
     @property
     def bare(self) -> str:
-        """The text without parentheses around all of it, as it stands behind an assignment."""
-        depth = 0
+        """The code without outer parentheses, as on the right of an assignment."""
+        depth, last = 0, len(self.code) - 1
         for place, letter in enumerate(self.code):
             depth += (letter == "(") - (letter == ")")
             if depth == 0:
-                return self.code[1:-1] if letter == ")" and place == len(self.code) - 1 and place else self.code
+                return self.code[1:-1] if letter == ")" and place == last and place else self.code
         return self.code
 
     @property
     def is_simple(self) -> bool:
-        """Whether the text may be repeated: a name or a path."""
+        """Whether the code may be repeated: it is a name or a path."""
         return re.fullmatch(r"\(\*\w+\)|\w+((->|\.)\w+)*", self.code) is not None
 
     def path(self, name: str) -> str:
-        """Return the text of a field."""
+        """Return the code of a field."""
         return f"{self.code[2:-1]}->{name}" if self.code.startswith("(*") else f"{self.code}.{name}"
 
     def __getattr__(self, name: str) -> Any:
@@ -78,7 +78,7 @@ def _operator(symbol: str, is_swapped: bool = False) -> Callable[[Any, Any], Any
 
 
 def unwrap(value: Any) -> Any:
-    """Return the value inside of a value that may be None."""
+    """Return the value inside a value that may be None."""
     if isinstance(value, Expr) and isinstance(value.type, c.Maybe):
         return value.body.split_value(Expr(value.body, value.type.item, value.path("value")))
     return value
@@ -87,7 +87,7 @@ def unwrap(value: Any) -> Any:
 _AS_PYTHON: dict[tuple[str, c.CType], str] = {
     ("//", c.INT): "floor_div", ("%", c.INT): "floor_mod", ("%", c.FLOAT): "float_mod",
 }  # fmt: skip
-"""Functions of C for operators whose results differ there."""
+"""Functions in C for operators whose results differ in C."""
 
 
 def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
@@ -95,8 +95,8 @@ def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
     a, b = unwrap(a), unwrap(b)
     kinds = type_of(a), type_of(b)
     if symbol == "*" and isinstance(a, tuple | list):
-        one = body.name_value(a[0])
-        return body.make_display((True, Run(body.as_type(b, c.INT).bare, lambda _: one)))
+        item = body.name_value(a[0])
+        return body.make_display((True, Run(body.as_type(b, c.INT).bare, lambda _: item)))
     if symbol == "**":
         if isinstance(a, float) and a == 2.0 and kinds[1] == c.INT:
             return Expr(body, c.FLOAT, f"ldexp(1.0, (int){b.code})")
@@ -117,7 +117,7 @@ for _name, _symbol in dict(add="+", sub="-", mul="*", truediv="/", floordiv="//"
 
 @dataclass
 class Run:
-    """What a loop in C runs over: ``count`` elements, that at place k is ``at(k)``."""
+    """What a loop in C runs over: ``count`` elements, of which number k is ``at(k)``."""
 
     count: str
     at: Callable[[str], Any]
@@ -125,14 +125,14 @@ class Run:
 
 @dataclass(frozen=True)
 class Maker:
-    """A class of the project, whose calls make structs."""
+    """A class of the project; a call makes a struct."""
 
     body: Any
     kind: Any
 
-    def __call__(self, *given: Any, **named: Any) -> Any:
+    def __call__(self, *values: Any, **fields: Any) -> Any:
         """Make a struct."""
-        return self.body.make_struct(self.kind, *given, **named)
+        return self.body.make_struct(self.kind, *values, **fields)
 
     def __getattr__(self, name: str) -> Any:
         if name == "_make":
@@ -149,8 +149,8 @@ def type_of(value: Any) -> c.CType:
     if hasattr(value, "_fields"):
         return c.Struct(type(value))
     if isinstance(value, tuple | list):
-        known = c.Row(tuple(map(type_of, value)))
-        return c.Listing(c.element_type(known)) if isinstance(value, list) else known
+        row = c.Row(tuple(map(type_of, value)))
+        return c.Listing(c.element_type(row)) if isinstance(value, list) else row
     if type(value) not in c.PLAIN:
         raise c.NoType(f"a value {value!r} has no counterpart in C")
     return c.PLAIN[type(value)]
@@ -166,7 +166,7 @@ def known_items(value: Any) -> list[Any] | None:
 
 
 def literal(value: Any) -> str:
-    """Return a number, text or truth value of Python in C."""
+    """Return a Python number, text or truth value as a literal in C."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -176,15 +176,15 @@ def literal(value: Any) -> str:
 
 
 def quote(text: str) -> str:
-    """Return a string of C."""
+    """Return a text as a string literal in C."""
     return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
 
 
 def compare(body: Any, symbol: str, a: Any, b: Any) -> Any:
-    """Return the comparison of two numbers or texts; equal dual numbers have the same slope as well."""
+    """Return the comparison of two numbers or texts; equal dual numbers also have equal slopes."""
     a, b = unwrap(a), unwrap(b)
     if isinstance(a, Dual) or isinstance(b, Dual):
-        a, b = (one if isinstance(one, Dual) else Dual(one, 0.0) for one in (a, b))
+        a, b = (x if isinstance(x, Dual) else Dual(x, 0.0) for x in (a, b))
         if symbol == "!=":
             return opposite(body, compare(body, "==", a, b))
         test = compare(body, symbol, a.value, b.value)
@@ -199,7 +199,7 @@ def compare(body: Any, symbol: str, a: Any, b: Any) -> Any:
 
 
 def truth(body: Any, value: Any) -> Any:
-    """Return whether ``value`` counts as true."""
+    """Return the truth value of ``value``."""
     if not isinstance(value, Expr):
         return bool(value)
     if value.type in (c.INT, c.FLOAT):
@@ -210,48 +210,48 @@ def truth(body: Any, value: Any) -> Any:
 
 
 def opposite(body: Any, value: Any) -> Any:
-    """``not value``."""
+    """Return ``not value``."""
     test = truth(body, value)
     return Expr(body, c.BOOL, f"(!{test.code})") if isinstance(test, Expr) else not test
 
 
 def both(body: Any, first: Any, second: Callable[[], Any]) -> Any:
-    """``first and second``, of conditions."""
+    """Return ``first and second``, which are conditions."""
     return choose(body, first, lambda: truth(body, second()), lambda: False)
 
 
 def either(body: Any, first: Any, second: Callable[[], Any]) -> Any:
-    """``first or second``, of conditions."""
+    """Return ``first or second``, which are conditions."""
     return choose(body, first, lambda: True, lambda: truth(body, second()))
 
 
 def is_none(body: Any, value: Any) -> Any:
-    """``value is None``."""
+    """Return ``value is None``."""
     if isinstance(value, Expr) and isinstance(value.type, c.Maybe):
         return Expr(body, c.BOOL, f"(!{value.path('some')})")
     return value is None
 
 
 def is_among(body: Any, value: Any, items: Any) -> Any:
-    """``value in items``."""
-    found: Any = False
+    """Return ``value in items``."""
+    result: Any = False
     for item in items:
-        found = either(body, found, lambda item=item: compare(body, "==", value, item))  # type: ignore[misc]
-    return found
+        result = either(body, result, lambda item=item: compare(body, "==", value, item))  # type: ignore[misc]
+    return result
 
 
 def choose(body: Any, test: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
-    """``yes if test else no``; each is computed only where it is chosen."""
+    """Return ``yes if test else no``; only the chosen one is computed."""
     test = truth(body, test)
     if not isinstance(test, Expr):
         return yes() if test else no()
-    parts: tuple[list[str], list[str]] = [], []
+    blocks: tuple[list[str], list[str]] = [], []
     values = []
-    for lines, value in zip(parts, (yes, no), strict=True):
+    for lines, value in zip(blocks, (yes, no), strict=True):
         with body.collect_aside(lines):
             values.append(value())
     kinds = [type_of(value) for value in values]
-    if not any(parts) and all(kind in (c.BOOL, c.INT, c.FLOAT, c.TEXT) for kind in kinds):
+    if not any(blocks) and all(kind in (c.BOOL, c.INT, c.FLOAT, c.TEXT) for kind in kinds):
         kind = c.join_types(*kinds)
         first, second = (body.as_type(value, kind).code for value in values)
         if kind == c.BOOL and second == "false":
@@ -259,39 +259,40 @@ def choose(body: Any, test: Any, yes: Callable[[], Any], no: Callable[[], Any]) 
         if kind == c.BOOL and first == "true":
             return Expr(body, c.BOOL, f"({test.code} || {second})")
         return Expr(body, kind, f"({test.code} ? {first} : {second})")
-    return branch(body, test, parts, [{"t": value} for value in values])["t"]  # type: ignore[index]
+    return emit_branches(body, test, blocks, [{"t": value} for value in values])["t"]  # type: ignore[index]
 
 
-def branch(
-    body: Any, test: Expr, parts: tuple[list[str], list[str]], ends: list[dict[str, Any] | None]
+def emit_branches(
+    body: Any, test: Expr, blocks: tuple[list[str], list[str]], variables: list[dict[str, Any] | None]
 ) -> dict[str, Any] | None:
-    """Add ``if`` and ``else``, which end with these variables; return those behind both."""
-    live = [end for end in ends if end is not None]
-    both = live[0] if live else None
-    if len(live) == 2:
-        shared = [name for name in live[0] if name in live[1]]
-        both = {name: _merge_branches(body, name, live[0][name], live[1][name], parts) for name in shared}
+    """Add ``if`` and ``else``, which end with these variables (None after a return); return the merged variables."""
+    ends = [end for end in variables if end is not None]
+    merged = ends[0] if ends else None
+    if len(ends) == 2:
+        shared = [name for name in ends[0] if name in ends[1]]
+        merged = {name: _merge_branches(body, name, ends[0][name], ends[1][name], blocks) for name in shared}
     body.emit(f"if ({test.bare}) {{")
-    body.lines += parts[0]
-    if parts[1]:
+    body.lines += blocks[0]
+    if blocks[1]:
         body.emit("} else {")
-        body.lines += parts[1]
+        body.lines += blocks[1]
     body.emit("}")
-    return both
+    return merged
 
 
-def _merge_branches(body: Any, name: str, a: Any, b: Any, parts: tuple[list[str], list[str]]) -> Any:
-    """Return one value for two branches, which assign it to a variable unless they agree."""
+def _merge_branches(body: Any, name: str, a: Any, b: Any, blocks: tuple[list[str], list[str]]) -> Any:
+    """Return one value for two branches; they assign it to a variable unless their values are the same."""
     if a is b or (not isinstance(a, Expr | tuple) and type(a) is type(b) and repr(a) == repr(b)):
         return a
     if isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b) and not hasattr(a, "_fields"):
-        return tuple(_merge_branches(body, name, *each, parts) for each in zip(a, b, strict=True))
+        return tuple(_merge_branches(body, name, *pair, blocks) for pair in zip(a, b, strict=True))
     if isinstance(a, Dual) or isinstance(b, Dual):
-        (a, own), (b, other) = ((x.value, x.slope) if isinstance(x, Dual) else (x, 0.0) for x in (a, b))
-        return Dual(_merge_branches(body, name, a, b, parts), _merge_branches(body, name, own, other, parts))
+        a, b = (x if isinstance(x, Dual) else Dual(x, 0.0) for x in (a, b))
+        value = _merge_branches(body, name, a.value, b.value, blocks)
+        return Dual(value, _merge_branches(body, name, a.slope, b.slope, blocks))
     kind = c.join_types(type_of(a), type_of(b))
-    made = body.declare(kind, name)
-    for lines, value in zip(parts, (a, b), strict=True):
+    variable = body.declare(kind, name)
+    for lines, value in zip(blocks, (a, b), strict=True):
         with body.collect_aside(lines):
-            body.emit(f"{made.code} = {body.as_type(value, kind).bare};")
-    return body.split_value(made)
+            body.emit(f"{variable.code} = {body.as_type(value, kind).bare};")
+    return body.split_value(variable)
