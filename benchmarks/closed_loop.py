@@ -70,10 +70,9 @@ def closed_loop(tuning: bool = False, setting: int | None = None, single: bool =
             rows = pandas.DataFrame([row for truth, logs in data_sets for row in judge_estimates(truth, logs, known)])
             determined = rows[rows.determined]
             ratios = [determined.ratio[determined.name == name] for name in SHOWN]
-            cover = f"{100 * rows.covers.mean():.0f} %"
-            determined_cover = f"{100 * determined.covers.mean():.0f} % of {len(determined)}"
             texts = (f"{median_and_range(of_name)}, {len(of_name)}" for of_name in ratios)
-            lines.append((lag, *texts, cover, determined_cover))
+            shares = f"{100 * rows.covers.mean():.0f} %", f"{100 * determined.covers.mean():.0f} % of {len(determined)}"
+            lines.append((lag, *texts, *shares))
         print(f"{title}\n\n{table(head, lines)}\n", flush=True)
 
 

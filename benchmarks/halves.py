@@ -95,8 +95,7 @@ def diagnose_half(
         row |= {"told": told, "false": bool(false), "loss": loss}
         missed = {family for family, score in told.items() if score > DETECTABLE} - shown
         for word, families in (("FALSE", false), ("missed", missed)):
-            if families:
-                words.append(f"{word} {', '.join(sorted(families))}")
+            words += [f"{word} {', '.join(sorted(families))}"] if families else []
         words.append(f"loss {loss:.1f}")
     return row | {"line": f"{rig} {name}: {'; '.join(words)}; held out {row['nats']:.0f} nats"}
 
@@ -130,8 +129,8 @@ def measured_halves(rig: str, start: float, few: int | None, deal: int) -> list[
     name, logs = measured_rig(rig, start)
     order = np.random.default_rng(deal).permutation(len(logs)) if deal else np.arange(len(logs))
     halves = [[logs[i] for i in sorted(order[k::2][:few])] for k in (0, 1)]
-    title = name + f" deal {deal}" * bool(deal)
-    return [diagnose_half("measured", title, "ab"[k], halves[k], halves[1 - k]) for k in (0, 1)]
+    name += f" deal {deal}" * bool(deal)
+    return [diagnose_half("measured", name, "ab"[k], halves[k], halves[1 - k]) for k in (0, 1)]
 
 
 def gains_of(rows: pandas.DataFrame) -> pandas.DataFrame:

@@ -15,7 +15,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
 from io import StringIO
-from itertools import count, islice
+from itertools import chain, count, islice
 from pathlib import Path
 from time import monotonic
 from token import NAME, NUMBER, OP
@@ -64,11 +64,8 @@ class Tree:
         subprocess.run(f"git archive {commit} | tar -x -C {self.root}", shell=True, cwd=ROOT, check=True)
         names = ("heli_plant", "heli_identifier", "fmu_src")
         paths = sorted(path for name in names for path in (self.root / name).rglob("*.py"))
-        self.mutants = {
-            mutant: (token, replacement)
-            for path in paths
-            for mutant, token, replacement in mutants_of(path.relative_to(self.root).as_posix(), path.read_text())
-        }
+        found = (mutants_of(path.relative_to(self.root).as_posix(), path.read_text()) for path in paths)
+        self.mutants = {mutant: (token, replacement) for mutant, token, replacement in chain.from_iterable(found)}
 
     def tests_of(self, path: str) -> list[Path]:
         """Return test files that name a module, then those that name its room or package; the shortest come first."""

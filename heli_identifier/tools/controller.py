@@ -149,10 +149,7 @@ def _retune_pid(
 def _find_robust(
     plants: Plants, nominal: FeedbackSettings, aim: ControllerConfiguration, other: str, integral: bool
 ) -> tuple[FeedbackSettings, float]:
-    """Return the first design with which 95 % of the plants keep the disk margin, or else the best, and this margin.
-
-    Designs that are unstable on the identified plant are left out.
-    """
+    """Return the first design with which 95 % of the plants keep the disk margin, or else the best, and this margin."""
     best, reached = nominal, 0.0
     for power in range(DEAREST):
         trial = design_feedback(plants.model, aim, other, integral, DEARER**power)

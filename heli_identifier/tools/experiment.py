@@ -198,10 +198,7 @@ def fly_proposal(
 def rank_proposals(
     parameters: PlantParameters, effects: Sequence[Effect], duration: float, limits: Limits, progress: tracing.Progress
 ) -> list[Outlook]:
-    """Simulate every proposal for a ``duration`` [s]; return those within the limits, best first.
-
-    The experiment is to show one effect, or to separate two.
-    """
+    """Simulate all proposals for one or two effects over a ``duration`` [s]; return those within limits, best first."""
     proposals, outlooks = list(list_proposals(limits.voltage)), []
     for count, proposal in enumerate(proposals):
         progress(f"simulating {count + 1} of {len(proposals)}", count / len(proposals))
@@ -211,12 +208,10 @@ def rank_proposals(
 
 
 def rank_outlooks(outlooks: Sequence[Outlook]) -> list[Outlook]:
-    """Sort by the larger of the effects' separated standard errors, each relative to the smallest of any outlook.
-
-    An effect that no outlook shows has no influence.
-    """
+    """Sort by the larger of the effects' separated standard errors, each relative to the smallest of any outlook."""
     if not outlooks:
         return []
+    # an effect that no outlook shows has no influence
     errors = np.array([[sight.standard_error_separated for sight in outlook.effects] for outlook in outlooks])
     shown = errors[:, np.isfinite(errors).any(axis=0)]
     order = np.argsort((shown / shown.min(axis=0)).max(axis=1, initial=1.0), kind="stable")

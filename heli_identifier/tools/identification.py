@@ -32,15 +32,8 @@ from heli_identifier.provenance import provenance
 from heli_identifier.records import LogSource, RigConfiguration
 from heli_identifier.results import Table, Tabular
 from heli_identifier.signatures import check_types
-from heli_identifier.tools.history import (
-    EstimateHistory,
-    Together,
-    combine_estimates,
-    combine_histories,
-    history_figure,
-    history_text,
-    identify_log,
-)
+from heli_identifier.tools import history
+from heli_identifier.tools.history import EstimateHistory, Together
 from heli_identifier.tracing import Progress, sign_notes
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
@@ -99,13 +92,10 @@ class Identification(Tabular):
     def warnings(self) -> tuple[str, ...]:
         """Least squares used in closed loop; parameters whose sign no rig has, with the mistake in the log."""
         notes = sign_notes(self.estimates)
-        if self.choice.closed_loop and self.choice.method == ADAPTATION:
-            return (
-                "a controller flew the rig: the paper's adaptation is wrong there by more than its intervals say; "
-                f"use --method {PREDICTION_ERROR}",
-                *notes,
-            )
-        return notes
+        if not self.choice.closed_loop or self.choice.method != ADAPTATION:
+            return notes
+        wrong = "a controller flew the rig: the paper's adaptation is wrong there by more than its intervals say"
+        return (f"{wrong}; use --method {PREDICTION_ERROR}", *notes)
 
     @property
     def table(self) -> Table:
@@ -116,11 +106,11 @@ class Identification(Tabular):
                 results.meaning_of(name, value),
                 results.with_interval(value, unit=False),
                 results.unit_text(value.unit),
-                *(results.with_interval(history.last[name], unit=False) for history in self.histories),
+                *(results.with_interval(of_log.last[name], unit=False) for of_log in self.histories),
             )
             for name, value in self.estimates.items()
         ]
-        columns = ("parameter", "meaning", "together", "unit", *(history.name for history in self.histories))
+        columns = ("parameter", "meaning", "together", "unit", *(of_log.name for of_log in self.histories))
         return Table("Parameters with half of their 95 % intervals", columns, rows)
 
     def to_dict(self) -> dict[str, Any]:
@@ -137,8 +127,8 @@ class Identification(Tabular):
         """
         with results.whole_folder(folder) as draft:
             limit = self.histories[0].plan.settings.voltage_limit
-            figure = results.figure_file(history_figure(self.histories, self.estimates, limit))
-            contents = (self.parameters, history_text(self.histories), figure)
+            figure = results.figure_file(history.history_figure(self.histories, self.estimates, limit))
+            contents = (self.parameters, history.history_text(self.histories), figure)
             results.write_files(draft, dict(zip(self.files, contents, strict=True)))
         return Path(folder)
 
@@ -208,20 +198,20 @@ def identify(
                 report_interval=max(0.5, 3.0 * log.step),
                 **settings_of_pass,
             )
-            histories.append(identify_log(log, settings))
+            histories.append(history.identify_log(log, settings))
         return histories
 
     lag = rig.motor_time_constant
     histories = pass_logs(0, method=PREDICTION_ERROR, motor_time_constant=lag)
-    choice = choose_method([online.output_of(history.state, history.plan).feedback for history in histories], method)
+    choice = choose_method([online.output_of(of_log.state, of_log.plan).feedback for of_log in histories], method)
     if choice.method == PREDICTION_ERROR:  # once more, with the noise models and the motors' lag of all logs together
-        first = combine_histories(histories)
+        first = history.combine_histories(histories)
         lag_of_all = max(first.estimates["T_m"].value, 0.0)
         histories = pass_logs(1, method=PREDICTION_ERROR, motor_time_constant=lag_of_all, noise=first.noise)
-        together = combine_histories(histories)
+        together = history.combine_histories(histories)
     else:
         histories = pass_logs(1, method=ADAPTATION, motor_time_constant=lag)
-        together = combine_estimates([history.last for history in histories])
+        together = history.combine_estimates([of_log.last for of_log in histories])
     values = {"T_m": lag} | {name: estimate.value for name, estimate in together.estimates.items()}
     plant = PlantParameters(v_max=rig.format.voltage_limit, **values)
     estimates = results.plant_values(plant, together.estimates)

@@ -223,10 +223,7 @@ def check_closed_loop(
 
 
 def _simulate_log(log: Log, plant: PlantParameters, settings: Settings) -> tuple[list[Array], float, float]:
-    """Return errors (n, 3) [rad] of the parts of a log, rms error of the voltages [V], and the controller's period [s].
-
-    The period is that of a state feedback, over which the logged voltages are averaged; a PID has the log's period.
-    """
+    """Return errors (n, 3) [rad] of the parts of a log, rms error of the voltages [V], and period [s]."""
     period = settings.period if isinstance(settings, FeedbackSettings) else log.step
     every = round(period / log.step)
     refuse(
@@ -234,6 +231,7 @@ def _simulate_log(log: Log, plant: PlantParameters, settings: Settings) -> tuple
         f"log {log.name} is sampled every {log.step:g} s and this controller every {period:g} s; the controller's "
         "period must be a multiple of the log's.",
     )
+    # a state feedback's period may be a multiple of the log's; the voltages are averaged over it
     count, period = log.samples // every, every * log.step
     voltages = log.voltages[: count * every].reshape(count, every, 2).mean(axis=1)
     zero = np.zeros(log.samples)
