@@ -2,7 +2,7 @@
 
 :func:`design_controller` makes two designs of a kind (:mod:`.synthesis`), judged over plants that the data allow
 (:mod:`.judging`). The nominal design follows the weights. The robust design raises the weight R of the voltages by
-factors of :data:`DEARER` until 95 % of the drawn plants keep the required disk margin. A PID is retuned for
+factors of :data:`WEIGHT_FACTOR` until 95 % of the drawn plants keep the required disk margin. A PID is retuned for
 :data:`ROBUST` of the plants and compared with the present one; :func:`design_pid` adds notes on the linear model.
 """
 
@@ -29,10 +29,10 @@ from heli_plant.parameters import BY_FIELD, BY_NAME, PlantParameters
 from heli_plant.state_feedback import FeedbackSettings
 
 KINDS = ("lqi", "lqr", "pid")
-OTHERS = ("pitch", "travel")  # angles that may be controlled in addition to the elevation
+SECOND_ANGLES = ("pitch", "travel")  # angles that may be controlled in addition to the elevation
 DRAWS, SEARCHED = 1000, 200  # drawn plants with which a design is judged, and with which a robust one is searched
 FEW, ROBUST = 60, 30  # the same for a retuned PID: the ends of a 95 % interval are then known to a tenth of its width
-DEARER, DEAREST = 1.5, 24  # factor by which the weight of the voltages is raised, and the largest number of factors
+WEIGHT_FACTOR, MOST_FACTORS = 1.5, 24  # factor by which the weight of the voltages is raised, and how often at most
 
 LEAST_LIFT = 0.3
 """Sum of the thrust voltages [V] below which the travel cannot be controlled: a lean has no lateral force."""
@@ -71,7 +71,7 @@ def design_controller(
     motors' voltages, the design is unstable, or the period is too long.
     """
     aim, with_travel, axes = aim or ControllerConfiguration(), other == "travel", ("elevation", other)
-    known = kind in KINDS and other in OTHERS
+    known = kind in KINDS and other in SECOND_ANGLES
     refuse(not known, f"{kind} of {other} is not designed; choose of {', '.join(KINDS)}, of pitch or travel.")
     refuse(
         with_travel and pitch != 0.0,
@@ -151,9 +151,9 @@ def _find_robust(
 ) -> tuple[FeedbackSettings, float]:
     """Return the first design with which 95 % of the plants keep the disk margin, or else the best, and this margin."""
     best, reached = nominal, 0.0
-    for power in range(DEAREST):
-        trial = design_feedback(plants.model, aim, other, integral, DEARER**power)
-        # the design knows neither the arm's bending nor the rest of the delay beside whole periods
+    for power in range(MOST_FACTORS):
+        trial = design_feedback(plants.model, aim, other, integral, WEIGHT_FACTOR**power)
+        # the design does not know the arm's bending and counts the delay in whole periods
         loops = (margins.close_loop(model, trial) for model in (plants.model, *plants.drawn[:SEARCHED]))
         is_stable, *drawn_stable = map(margins.is_stable, loops)
         response = margins.controller_response(trial, aim.period, plants.omega)

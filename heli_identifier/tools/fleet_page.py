@@ -9,7 +9,7 @@ from heli_identifier.results import Axes, Table, effect_name, figure, join_words
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 
 FIGURES = ("mean", "unit", "spread", "I²")
-FARTHEST = 2.0  # an interval is cut off at so many times the half width of the part that holds all values
+FARTHEST = 2.0  # intervals are cut off at this distance from the middle, in half widths of the range of all values
 
 
 def fleet_html(fleet: Fleet) -> str:

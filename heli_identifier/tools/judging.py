@@ -31,7 +31,7 @@ LONGEST = 40.0  # length [s] of the steps whose settling is judged
 SHOWN = {"pitch": 12.0, "elevation": 12.0, "travel": 30.0}  # length [s] of the steps that are shown
 MARGINS = margins.Margins._fields
 UNSTABLE = margins.Margins(gain=1.0, phase=0.0, sensitivity=inf, crossover=nan)  # margins of an unstable loop
-SMALLER_IS_BETTER = ("sensitivity", "settling")  # last part of the names of figures of which small values are good
+SMALLER_IS_BETTER = ("sensitivity", "settling")  # figures whose names end so are better if they are smaller
 
 
 @dataclass(frozen=True)

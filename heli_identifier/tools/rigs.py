@@ -25,16 +25,16 @@ from heli_identifier.results import Diagnosis, diagnose, to_plain
 from heli_identifier.tracing import DiagnosisSettings, FoundEffect
 from heli_plant.effects import AXES, CATALOGUE
 
-ENDINGS = (".csv", ".mat")  # endings of logs, packed by gzip or not; other files in a rig's folder are left alone
-HELD_OUT = "held"  # a log whose name begins so is held out
+ENDINGS = (".csv", ".mat")  # endings of logs, also with .gz behind them; other files in a rig's folder are ignored
+HELD_OUT = "held"  # a log whose name starts with this is held out
 TRAINING_SHARE = 2.0 / 3.0  # share of a single log that is fitted to; the rest is held out
 
-TRUE = {
+TRUTH_NAMES = {
     *ModelParameters._fields,
     *(f"{effect.name} {effect.axis}" for effect in CATALOGUE),
     *(f"unknown {axis}" for axis in AXES),
 }
-"""Names of what may be true of a generated rig."""
+"""Names of the true values of a generated rig."""
 
 SHORTEST_TO_SPLIT = 25.0
 """Length [s] from which a single log is split: its last third has the 8 s that a diagnosis needs."""
@@ -42,29 +42,29 @@ SHORTEST_TO_SPLIT = 25.0
 
 @dataclass(frozen=True)
 class Rig:
-    """The data set of one rig: logs to fit and to search in, and held-out ones; ConfigurationError without either."""
+    """The data set of one rig: training logs and held-out logs; ConfigurationError if one of them is missing."""
 
     training: tuple[Log, ...]
     held_out: tuple[Log, ...]
     truth: Mapping[str, float | None] | None = None
     """True values, which the diagnosis does not get: of parameters by the paper's symbol, of coefficients by effect and
-    axis, "dry_friction pitch". None for what cannot be compared, as "unknown pitch", a torque that no catalogue has."""
+    axis, "dry_friction pitch". None if a value cannot be compared, as for "unknown pitch", a torque of no catalogue."""
     configuration: RigConfiguration | None = None
-    """What else is known of the rig; with None the settings of the campaign or the fleet apply."""
+    """The rig's own configuration; with None the settings of the campaign or the fleet apply."""
     note: str = ""
-    """What was held out where no log is named so."""
+    """What was held out if the names of the logs do not say so."""
     left_out: tuple[str, ...] = ()
-    """Why logs of its folder are not used."""
+    """Why logs in its folder are not used."""
 
     def __post_init__(self) -> None:
         for name in ("training", "held_out"):
             logs = tuple(getattr(self, name))
-            of_logs = bool(logs) and all(isinstance(log, Log) for log in logs)
-            refuse(not of_logs, f"rig.{name} = {logs!r} must hold one or more logs.")
+            valid = bool(logs) and all(isinstance(log, Log) for log in logs)
+            refuse(not valid, f"rig.{name} = {logs!r} must hold one or more logs.")
             object.__setattr__(self, name, logs)
-        if foreign := set(self.truth or ()) - TRUE:
+        if unknown := set(self.truth or ()) - TRUTH_NAMES:
             raise ConfigurationError(
-                f"rig.truth names {foreign.pop()!r}, which is neither a parameter nor an effect on an axis as `heli "
+                f"rig.truth names {unknown.pop()!r}, which is neither a parameter nor an effect on an axis as `heli "
                 "effects` lists them, such as 'dry_friction pitch'; a torque of no catalogue is 'unknown pitch'."
             )
 
@@ -175,7 +175,7 @@ def find_rigs(folder: str | PathLike[str], configuration: str | PathLike[str] | 
 
 
 def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = None) -> Source:
-    """Find the logs of one rig, the held-out ones by their names; ConfigurationError if there is none to fit to."""
+    """Find the logs of one rig; names say which are held out. ConfigurationError if no log is left to fit to."""
     logs, own_configuration = _list_logs(folder), folder / CONFIGURATION_NAME
     held_out = [path for path in logs if path.name.startswith(HELD_OUT)]
     training = [path for path in logs if path not in held_out]
