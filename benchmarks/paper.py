@@ -58,10 +58,7 @@ KINDS = {JOINT: (0, 2.0, 400.0, NAMES[4:]), PITCH: (1, 0.5, 200.0, NAMES[:4])}
 
 
 def run(kind: str, theta0_is: str, experiment: int, number: int, fmus: dict[str, Path]) -> pandas.DataFrame:
-    """Run one experiment on built units; return a row per final estimate, with its deviation from Table 2 [%].
-
-    Each of the twelve runs has another Omega(0), Gamma(0) and start state, the same on every machine.
-    """
+    """Run one experiment on built units; return a row per final estimate, with its deviation from Table 2 [%]."""
     channel, base, duration, judged = KINDS[kind]
     omega, gain = [*product(OMEGAS, GAINS)][number]
     deviations = np.random.default_rng(experiment).uniform(-SCATTER, SCATTER, (len(OMEGAS) * len(GAINS), 6))[number]
@@ -92,11 +89,7 @@ def run(kind: str, theta0_is: str, experiment: int, number: int, fmus: dict[str,
 
 
 def paper(output: Path = Path("paper")) -> None:
-    """Run the experiments, one process per core at a time; write every estimate, print deviations [%].
-
-    Of the pitch they are the largest, for each experiment with theta0 known and estimated; of elevation and travel the
-    mean and the worst of the runs that forget Omega(0).
-    """
+    """Run the experiments, one process per core at a time; write every estimate, print deviations [%]."""
     with TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count() or 1) as pool:
         fmus = {name: build(unit, Path(folder)) for name, unit in OPEN_LOOP.units}
         kinds = ((JOINT, FREE), (PITCH, KNOWN), (PITCH, FREE))
@@ -105,6 +98,7 @@ def paper(output: Path = Path("paper")) -> None:
         estimates = pandas.concat([job.result() for job in jobs])
     write_atomically(output / "estimates.csv", estimates.to_csv(index=False, float_format="%.6g"))
     estimates["size"], is_pitch = estimates.off.abs(), estimates.kind == PITCH
+    # of elevation and travel only runs that forget Omega(0)
     certain = estimates[~is_pitch & (estimates.gamma >= CERTAIN)].groupby("parameter", sort=False)
     print(estimates[is_pitch].pivot_table("size", ["experiment", "theta0_is"], "parameter", "max"))
     print(certain.agg(**{"deviation of the mean": ("off", "mean"), "worst run": ("size", "max")}))
