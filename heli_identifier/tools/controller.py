@@ -104,10 +104,8 @@ def design_controller(
         judged_robust = judged_nominal if robust == nominal else judge_controller(plants, robust, axes)
         design = Design(kind, axes, plants, judged_nominal, judged_robust, robust, (), continuous)
         checked, remedy = design.baseline, "lower the weights of the angles, or sample faster"
-    refuse(
-        not checked.is_stable,
-        f"the designed loop is unstable on the identified plant, with its delay and bending; {remedy}.",
-    )
+    unstable = "the designed loop is unstable on the identified plant, with its delay and bending"
+    refuse(not checked.is_stable, f"{unstable}; {remedy}.")
     for axis in axes:
         if not isfinite(design.robust.figures[f"{axis}.settling"].promised):
             advice = ""

@@ -177,9 +177,8 @@ def combine_rigs(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str]
     estimates: dict[tuple[str, str], list[RigEstimate]] = defaultdict(list)
     for rig, diagnosis in diagnoses.items():
         for entry in diagnosis.catalogue:
-            left_out, is_named = _reason_left_out(diagnosis, entry)
-            of_rig = _rig_estimate(rig, entry.estimate, str(entry.verdict), left_out, is_named)
-            estimates[entry.name, entry.axis].append(of_rig)
+            status = (str(entry.verdict), *_reason_left_out(diagnosis, entry))
+            estimates[entry.name, entry.axis].append(_rig_estimate(rig, entry.estimate, *status))
         for name, value in diagnosis.parameters_after.items():
             left_out = "" if _is_determined(value) else "given"
             estimates[name, ""].append(_rig_estimate(rig, value, "", left_out, False))
@@ -203,10 +202,10 @@ def combine_rigs(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str]
         )
     order = [*Finding]
     effects = sorted(
-        (coefficient for coefficient in coefficients if coefficient.finding),
-        key=lambda e: (order.index(e.finding or order[-1]), -len(e.named), e.pooled.p if e.pooled else 1.0),
+        (c for c in coefficients if c.finding),
+        key=lambda c: (order.index(c.finding or order[-1]), -len(c.named), c.pooled.p if c.pooled else 1.0),
     )
-    parameters = tuple(coefficient for coefficient in coefficients if not coefficient.finding and coefficient.pooled)
+    parameters = tuple(c for c in coefficients if not c.finding and c.pooled)
     return Fleet(dict(diagnoses), tuple(effects), parameters, dict(failures or {}))
 
 

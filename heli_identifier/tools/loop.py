@@ -201,10 +201,8 @@ def check_closed_loop(
     settings: Any = controller
     if isinstance(controller, str | PathLike):
         saved = results.read_parameters(controller)
-        refuse(
-            saved.unit not in KINDS,
-            f"{controller} holds parameters of the {saved.unit}; give those of a {CONTROLLER} or {FEEDBACK}.",
-        )
+        wrong_unit = f"{controller} holds parameters of the {saved.unit}; give those of a {CONTROLLER} or {FEEDBACK}."
+        refuse(saved.unit not in KINDS, wrong_unit)
         default: Any = KINDS[saved.unit](voltage_limit=plant.v_max)
         settings = controller_settings(default, saved.start_values)
     followed = ("elevation", "travel" if settings.travel_enabled else "pitch")

@@ -126,16 +126,10 @@ def design_feedback(
     """
     plant, point, w, period = model.plant, model.point, aim.weights, aim.period
     lag, delay = motor_time_constant(plant), round(plant.input_delay_rotors / period)
-    refuse(
-        period > lag,
-        f"controller.period = {period:g} s is longer than the motors' lag of {lag:.3g} s, so the voltages between two "
-        "samples are not resolved; take 0.01 s.",
-    )
-    refuse(
-        delay > MOST_DELAY,
-        f"the input delay of {plant.input_delay_rotors:.3g} s is {delay} periods of {period:g} s, the unit keeps at "
-        f"most {MOST_DELAY}; take a longer controller.period.",
-    )
+    long_period = f"controller.period = {period:g} s is longer than the motors' lag of {lag:.3g} s"
+    refuse(period > lag, f"{long_period}, so the voltages between two samples are not resolved; take 0.01 s.")
+    long_delay = f"the input delay of {plant.input_delay_rotors:.3g} s is {delay} periods of {period:g} s"
+    refuse(delay > MOST_DELAY, f"{long_delay}, the unit keeps at most {MOST_DELAY}; take a longer controller.period.")
     system = linear_system(plant._replace(arm_bending_elevation=0.0), point, period if sampled else None)
     # without the travel and its rate if the pitch is controlled
     states, angles, controlled = [0, 1, 3, 4, 6, 7], [0, 1], [1, 0]
