@@ -39,8 +39,8 @@ def main(name: str = "", *options: str) -> None:
             text = getattr(import_module(f"benchmarks.{SECTIONS[section]}"), section)()
             write_section(section, f"{text}\n\n`python -m benchmarks {section}`")
     else:
-        told = f"{name} is no benchmark.\n" if name else ""
-        sys.exit(f"{told}{__doc__}\nall, or {', '.join(SECTIONS)}\n{', '.join(PRINTED)}")
+        error = f"{name} is no benchmark.\n" if name else ""
+        sys.exit(f"{error}{__doc__}\nall, or {', '.join(SECTIONS)}\n{', '.join(PRINTED)}")
 
 
 if __name__ == "__main__":

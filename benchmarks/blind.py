@@ -16,8 +16,8 @@ from pathlib import Path
 
 import pandas
 
-from benchmarks.harness import ROOT, STRENGTH, Bar, Row, Words, bar_table, count, run_jobs, span, table
-from benchmarks.rigs import DETECTABLE, blind_rig, likelihood_of, log_of, struck, told_scores, windy_log
+from benchmarks.harness import ROOT, STRENGTH, Bar, Row, Words, bar_table, count, parse_range, run_jobs, table
+from benchmarks.rigs import DETECTABLE, blind_rig, damage_log, likelihood_of, log_of, told_scores, windy_log
 from heli_identifier.chain import FAULTS
 from heli_identifier.cli.terminal import progress_bar
 from heli_identifier.errors import IdentifierError
@@ -37,7 +37,7 @@ GROUPS = dict.fromkeys(case.group for case in BATTERY)
 
 
 def diagnosed_and_told(source: Source, settings: DiagnosisSettings) -> Row:
-    """Diagnose a rig; beside its row stands the largest ``told`` score of its effects, where the catalogue has any."""
+    """Diagnose a rig; add the largest ``told`` score of its effects to the row, if the catalogue has these effects."""
     rig = source.load()
     row = diagnose_source(source._replace(load=lambda: rig), settings)
     entries = [name.split() for name in rig.truth or () if " " in name and not name.startswith("unknown")]
@@ -45,30 +45,32 @@ def diagnosed_and_told(source: Source, settings: DiagnosisSettings) -> Row:
     return row | ({"told": max(scores.values())} if scores else {})
 
 
-def verdict(case: Case, index: int, row: Row) -> Row:
-    """Say what was found on a rig of a case, and what of it is true.
+def judge_rig(case: Case, index: int, row: Row) -> Row:
+    """Return what was found on a rig of a case, and what of it is true.
 
-    ``seen``: whether the rig counts, of weak effects those that a told test finds; ``first``: the strongest entry is
-    true; ``right``: everything that the rig has is found, and nothing else.
+    ``seen``: the rig counts; a weak effect counts only if a told fit finds it; ``first``: the strongest entry is true;
+    ``right``: every effect of the rig is found, and nothing else.
     """
-    own, told, failed = judge_row(row), float(row.get("told", "nan")), row["error"] is not None
-    seen, first = case.group != "weak" or told > DETECTABLE, own.found[:1] != () and own.found[0] not in own.false
-    right = not failed and own.all_named and not own.false
-    if case.group == "unknown":  # of a torque its variable as well; the axis is drawn rig by rig, a detent lies on it
+    judgement, told, failed = judge_row(row), float(row.get("told", "nan")), row["error"] is not None
+    seen = case.group != "weak" or told > DETECTABLE
+    first = judgement.found[:1] != () and judgement.found[0] not in judgement.false
+    right = not failed and judgement.all_named and not judgement.false
+    if case.group == "unknown":  # the variable of a torque has to be right too; its axis is drawn rig by rig
         torque = case.rig(index).truth.unknown
-        named = {one["variable"] for one in row["effects"] or () if one["name"] == "unknown"}
-        right = not own.false and torque is not None and torque.variable in named
+        variables = {effect["variable"] for effect in row["effects"] or () if effect["name"] == "unknown"}
+        right = not judgement.false and torque is not None and torque.variable in variables
     return {"group": case.group, "kind": case.kind, "rig": row["rig"], "told": told, "seen": seen, "first": first,
-            "right": right, "named": own.all_named, "found": own.found, "false": bool(own.false),
-            "covered": own.covered, "error": row["error"]}  # fmt: skip
+            "right": right, "named": judgement.all_named, "found": judgement.found, "false": bool(judgement.false),
+            "covered": judgement.covered, "error": row["error"]}  # fmt: skip
 
 
 def bars(results: pandas.DataFrame) -> list[Bar]:
-    """Hold every group that was run against its bar."""
+    """Return the bars of every group that was run."""
     clean, single, weak, pair, unknown = (
         results[results.seen & (results.group == group)] for group in ("clean", "single", "weak", "pair", "unknown")
     )
-    held = [(name in BASE, hit) for covered in results.covered for name, hit in covered.items()]
+    covers = [(name in BASE, hit) for covered in results.covered for name, hit in covered.items()]
+    parameters, coefficients = ([hit for base, hit in covers if base == wanted] for wanted in (True, False))
     named = [any(not entry.startswith("unknown") for entry in found) for found in unknown.found]
     return [
         Bar("clean rigs accused of anything", [bool(found) for found in clean.found], 0.0),
@@ -79,8 +81,8 @@ def bars(results: pandas.DataFrame) -> list[Bar]:
         Bar("pairs: both named, nothing else", pair.right, least=97.0),
         Bar("unknown torques: right axis and variable", unknown.right, least=95.0),
         Bar("unknown torques wrongly named", named, 5.0),
-        Bar("95 % intervals of parameters that hold the truth", [hit for base, hit in held if base], 98.0, least=93.0),
-        Bar("the same of coefficients", [hit for base, hit in held if not base], 98.0, least=93.0),
+        Bar("95 % intervals of parameters that hold the truth", parameters, 98.0, least=93.0),
+        Bar("the same of coefficients", coefficients, 98.0, least=93.0),
     ]
 
 
@@ -88,96 +90,98 @@ def blind(
     groups: str = ",".join(GROUPS), limit: int | None = None, workers: int | None = None,
     output: Path = ROOT / "build/blind", strength: Path | None = None,
 ) -> None:  # fmt: skip
-    """Run the battery; print the rigs that are missed and the bars."""
+    """Run the battery; print the rigs with a wrong result and the bars."""
     cases = {
         f"{case.group} {case.kind} {index}": (case, index)
         for case in BATTERY
         if case.group in groups.split(",")
         for index in range(min(case.count, limit or case.count))
     }
-    made_by = source_digest(("benchmarks.rigs", "tests.blind"))
+    code = source_digest(("benchmarks.rigs", "tests.blind"))
     sources = [
-        Source(name, partial(blind_rig, case.kind, case.scale, index), partial(str, f"{case} {index} {made_by}"))
+        Source(name, partial(blind_rig, case.kind, case.scale, index), partial(str, f"{case} {index} {code}"))
         for name, (case, index) in cases.items()
     ]
     with progress_bar(lines=True) as progress:
         rows = run_campaign(sources, output, workers=workers, progress=progress, work=diagnosed_and_told)
-    results = pandas.DataFrame([verdict(*cases[row["rig"]], row) for row in rows])
+    results = pandas.DataFrame([judge_rig(*cases[row["rig"]], row) for row in rows])
     for _, row in results[~results.right & (results.seen | results.false)].iterrows():
         print(f"{row.rig} (told {row.told:.1f}): {row.error or ', '.join(row.found) or 'nothing'}")
     print(f"\n{bar_table(bars(results))}\n\n{len(rows)} rigs")
-    if strength:  # of single and weak effects, as the score of a pair is that of its stronger effect
+    if strength:  # only single and weak effects: the score of a pair is that of its stronger effect
         alone = results[results.group.isin(("single", "weak"))].rename(columns={"kind": "effect"}).dropna(subset="told")
         alone = alone.assign(battery="blind", shown=alone.named.astype(int))[STRENGTH]
         alone.to_csv(strength, index=False, float_format="%.4g")
 
 
-SAID = {
+NAMING = {
     "drifts": "drift", "late": "late", "filter": "low pass|filtered|late", "play": "backlash", "slips": "slip",
     "counts": "counts|rest", "cut": "rounded", "clipped": "clipped", "copy": "same numbers",
     "twice": "too large|counts", "times": "scale|rotor_mismatch", "sign": "SIGN|wrong sign",
     "[deg]": "was read as", "[rad]": "was read as", "folded": "whole turn", "jitters": "jitter", "fast": "clock",
 }  # fmt: skip
-"""What names a damage, by a word of its own name."""
+"""Texts of a diagnosis that name a damage, by a word of the damage's name."""
 
 
 def logs_of(kind: str, seed: int, effect: str) -> list[Log]:
-    """Make the logs of a rig, the last one to be held out."""
+    """Make the logs of a rig; the last one is to be held out."""
     if kind != "flown":
         rig = make_rig(9000 + seed, effect)
         return [log_of(f"log {i}", 100.0, log) for i, log in enumerate((*rig.train, rig.held))]
     flown = windy_rig(500 + seed, "ou", False, 100.0, "bare", True, {"a": 4, "b": 0, "t": 1, "c": 0})
-    return [windy_log(name, own) for name, own in flown.logs.items()]
+    return [windy_log(name, log) for name, log in flown.logs.items()]
 
 
-def damaged(kind: str, seed: int, damage: str) -> list[Row]:
-    """Diagnose a rig whose logs are damaged; say what is shown that it has and has not, and whether it is named."""
-    # all kinds of effects take turns beside a damage
-    true = SINGLE[(list(DAMAGES).index(damage) + 7 * seed) % len(SINGLE)] if kind == "both" else "clean"
-    sound = logs_of(kind, seed, true)
-    made, shown = [struck(log, damage) for log in sound], set[str]()
-    fitted = [fit(own, own.rig.base).value for own in map(likelihood_of, (sound[:-1], made[:-1]))]
-    told = fitted[1] - fitted[0] > DETECTABLE
+def diagnose_damaged(kind: str, seed: int, damage: str) -> list[Row]:
+    """Diagnose a rig with damaged logs; say which true and false effects are shown, and whether the damage is named."""
+    # the effects take turns with the damages
+    true_effect = SINGLE[(list(DAMAGES).index(damage) + 7 * seed) % len(SINGLE)] if kind == "both" else "clean"
+    sound = logs_of(kind, seed, true_effect)
+    damaged, shown = [damage_log(log, damage) for log in sound], set[str]()
+    values = [fit(x, x.rig.base).value for x in map(likelihood_of, (sound[:-1], damaged[:-1]))]
+    told = values[1] - values[0] > DETECTABLE
     try:
-        found = diagnose(made[:-1], held_out=made[-1:])
+        diagnosis = diagnose(damaged[:-1], held_out=damaged[-1:])
     except IdentifierError as error:
-        said = f"refused: {error}"
+        text = f"refused: {error}"
     else:
-        alternatives = [(f"{effect.name}/{effect.axis}", dict(effect.alternatives)) for effect in found.effects]
-        faults = {fault.name for fault in FAULTS}  # an effect beside which one of these may be as true is not accused
+        alternatives = [(f"{entry.name}/{entry.axis}", dict(entry.alternatives)) for entry in diagnosis.effects]
+        faults = {fault.name for fault in FAULTS}  # an effect with one of these as an alternative does not count
         shown = {name for name, others in alternatives if not faults & {*others}}
-        words = [f"{fault.name}/{fault.channel}" for fault in found.faults]
-        words += sorted({f"slip/{event.axis}" for event in found.events if event.kind == "slip"})
-        words += [word for word in ("WRONG SIGN", "does not belong") if any(word in note for note in found.notes)]
+        words = [f"{fault.name}/{fault.channel}" for fault in diagnosis.faults]
+        words += sorted({f"slip/{event.axis}" for event in diagnosis.events if event.kind == "slip"})
+        words += [word for word in ("WRONG SIGN", "does not belong") if any(word in note for note in diagnosis.notes)]
         words += [f"or {other}/{axis}" for _, others in alternatives for other, axis in others.items()]
-        said = ", ".join(words)
-    own = {effect for effect in shown if effect.split("/")[0] == true}
-    naming = next((words.split("|") for word, words in SAID.items() if word in damage), [])
-    named = told and any(word in said for word in naming)
-    line = " | ".join((f"{kind} {seed}", damage, f"told {told}", f"shown {sorted(shown)}", said[:90]))
-    return [{"kind": kind, "damage": damage, "told": told, "shown": shown, "said": said, "named": named,
-             "false": bool(shown - own), "both": bool(own) and named, "line": line}]  # fmt: skip
+        text = ", ".join(words)
+    true = {name for name in shown if name.split("/")[0] == true_effect}
+    naming = next((words.split("|") for word, words in NAMING.items() if word in damage), [])
+    named = told and any(word in text for word in naming)
+    line = " | ".join((f"{kind} {seed}", damage, f"told {told}", f"shown {sorted(shown)}", text[:90]))
+    return [{"kind": kind, "damage": damage, "told": told, "shown": shown, "text": text, "named": named,
+             "false": bool(shown - true), "both": bool(true) and named, "line": line}]  # fmt: skip
 
 
 def damage(damages: Words, open: str = "0:4", flown: str = "0:4", both: str = "0:4", workers: int = 1) -> None:
     """Run the benchmark."""
     kinds = {"open": open, "flown": flown, "both": both}
     names = [name for name in DAMAGES if not damages or any(word in name for word in damages)]
-    jobs = [partial(damaged, kind, seed, name) for name in names for kind, own in kinds.items() for seed in span(own)]
-    found = run_jobs(jobs, workers)
-    found["pair"] = (found.kind == "both") & found.told & ~found.said.str.startswith("refused")
-    found["alone"] = found.kind != "both"
+    jobs = [partial(diagnose_damaged, kind, seed, name)
+            for name in names for kind, seeds in kinds.items() for seed in parse_range(seeds)]  # fmt: skip
+    rows = run_jobs(jobs, workers)
+    rows["pair"] = (rows.kind == "both") & rows.told & ~rows.text.str.startswith("refused")
+    rows["alone"] = rows.kind != "both"
     lines = []
-    for name, own in found.groupby("damage", sort=False):
-        told = own.alone & own.told
-        lines.append((name, own.alone.sum(), own.false.sum(), count(own.named[told]), count(own.both[own.pair])))
+    for name, group in rows.groupby("damage", sort=False):
+        told = group.alone & group.told
+        counts = count(group.named[told]), count(group.both[group.pair])
+        lines.append((name, group.alone.sum(), group.false.sum(), *counts))
     print("\n" + table(("damage", "rigs", "wrong effect shown", "named of those seen", "both named"), lines))
-    sound = found.damage == "none"
+    sound = rows.damage == "none"
     bars = [
-        Bar("damages that a told test sees are named", found.named[found.told & found.alone], least=90.0),
-        Bar("an effect of the plant shown", found.false[~sound & found.alone], 2.0),
-        Bar("damage and a true effect both named", found.both[found.pair], least=80.0),
-        Bar("undamaged rigs accused of an effect", found.false[sound & found.alone], 1.0),
-        Bar("undamaged rigs accused of a damage", (found.said != "")[sound & found.alone], 1.0),
+        Bar("damages that a told test sees are named", rows.named[rows.told & rows.alone], least=90.0),
+        Bar("an effect of the plant shown", rows.false[~sound & rows.alone], 2.0),
+        Bar("damage and a true effect both named", rows.both[rows.pair], least=80.0),
+        Bar("undamaged rigs accused of an effect", rows.false[sound & rows.alone], 1.0),
+        Bar("undamaged rigs accused of a damage", (rows.text != "")[sound & rows.alone], 1.0),
     ]
     print(f"\n{bar_table(bars)}")

@@ -17,7 +17,7 @@ import numpy as np
 import pandas
 
 from benchmarks.harness import Bar, Row, bar_table, count, table
-from benchmarks.rigs import against, log_of, windy_logs
+from benchmarks.rigs import compare, log_of, windy_logs
 from heli_identifier.online import GAINS, PREDICTION_ERROR, Estimate, IdentifierSettings
 from heli_identifier.records import Log
 from heli_identifier.tools.history import NAMES, EstimateHistory, combine_estimates, identify_log
@@ -36,7 +36,7 @@ SETTINGS: tuple[tuple[str, dict[str, Any]], ...] = (
 
 
 def rigs(tuning: bool, **given: Any) -> Iterator[tuple[Coefficients, list[Log]]]:
-    """Give the truth and the logs of each of twelve rigs, of one of two halves."""
+    """Yield the truth and the logs of twelve rigs, those for tuning or the others."""
     for truth, logs in closed_loop_rigs(1 if tuning else 2, **given):
         yield truth, [log_of(f"log{k}", given.get("rate", 100.0), log) for k, log in enumerate(logs)]
 
@@ -47,15 +47,15 @@ def history(log: Log, **given: Any) -> EstimateHistory:
     return identify_log(log, settings)
 
 
-def judged(truth: Coefficients, logs: Iterable[Log], lag_known: bool) -> list[Row]:
-    """Hold the estimates of some logs together against the truth."""
+def judge_estimates(truth: Coefficients, logs: Iterable[Log], lag_known: bool) -> list[Row]:
+    """Compare the combined estimates of some logs with the truth."""
     last = [history(log, lag_known=lag_known).last for log in logs]
-    found = combine_estimates([{name: own[name] for name in JUDGED} for own in last]).estimates
-    return [{"name": name, **against(estimate, getattr(truth, name))} for name, estimate in found.items()]
+    combined = combine_estimates([{name: of_log[name] for name in JUDGED} for of_log in last]).estimates
+    return [{"name": name, **compare(estimate, getattr(truth, name))} for name, estimate in combined.items()]
 
 
-def over(ratios: pandas.Series) -> str:
-    """Give median and range of estimates over the truth."""
+def median_and_range(ratios: pandas.Series) -> str:
+    """Return median and range of estimates over the truth as a text."""
     return f"{ratios.median():.3f} ({ratios.min():.3f} to {ratios.max():.3f})" if len(ratios) else "none"
 
 
@@ -63,15 +63,16 @@ def closed_loop(tuning: bool = False, setting: int | None = None, single: bool =
     """Print a table for each setting."""
     head = ("lag", *(f"{name} over truth, rigs" for name in SHOWN), "covering", "covering where determined")
     for title, given in SETTINGS if setting is None else [SETTINGS[setting]]:
-        dealt = [(truth, own) for truth, logs in rigs(tuning, **given)
-                 for own in ([[log] for log in logs] if single else [logs])]  # fmt: skip
+        data_sets = [(truth, data_set) for truth, logs in rigs(tuning, **given)
+                     for data_set in ([[log] for log in logs] if single else [logs])]  # fmt: skip
         lines = []
         for lag, known in (("given", True), ("estimated", False)):
-            found = pandas.DataFrame([row for truth, logs in dealt for row in judged(truth, logs, known)])
-            sure = found[found.determined]
-            ratios = [sure.ratio[sure.name == name] for name in SHOWN]
-            shares = f"{100 * found.covers.mean():.0f} %", f"{100 * sure.covers.mean():.0f} % of {len(sure)}"
-            lines.append((lag, *(f"{over(own)}, {len(own)}" for own in ratios), *shares))
+            rows = pandas.DataFrame([row for truth, logs in data_sets for row in judge_estimates(truth, logs, known)])
+            determined = rows[rows.determined]
+            ratios = [determined.ratio[determined.name == name] for name in SHOWN]
+            texts = (f"{median_and_range(of_name)}, {len(of_name)}" for of_name in ratios)
+            shares = f"{100 * rows.covers.mean():.0f} %", f"{100 * determined.covers.mean():.0f} % of {len(determined)}"
+            lines.append((lag, *texts, *shares))
         print(f"{title}\n\n{table(head, lines)}\n", flush=True)
 
 
@@ -86,16 +87,17 @@ def quiet(tuning: bool = False) -> None:
         given = {"durations": (240.0, 240.0), "quiet_from": until, "noise": noise}
         flown = [(truth, log) for truth, logs in rigs(tuning, **given) for log in logs]
         for forgetting in (0.001, 0.3):
-            found = []
+            flags = []
             for truth, log in flown:
-                own, true = history(log, forgetting=forgetting), [getattr(truth, name) for name in JUDGED]
-                value, error = (part[own.time > first][:, columns] for part in (own.parameters, own.standard_errors))
-                off = np.abs(value - true)
-                sure = np.vectorize(lambda v, e: Estimate(v, e, "").is_determined)(value, error)
-                found.append(np.stack([sure, off > 1.96 * error, off > 0.1 * np.abs(true)]))
-            sure, missed, far = np.concatenate(found, axis=1)
-            shares = [f"{100.0 * part[sure].mean():.1f} %" if sure.any() else "-" for part in (missed, far)]
-            rows.append((title, f"{noise:g}", f"{forgetting:g}", f"{100.0 * sure.mean():.2f} %", *shares))
+                estimates, true = history(log, forgetting=forgetting), [getattr(truth, name) for name in JUDGED]
+                late = estimates.time > first
+                value, error = (part[late][:, columns] for part in (estimates.parameters, estimates.standard_errors))
+                deviation = np.abs(value - true)
+                determined = np.vectorize(lambda v, e: Estimate(v, e, "").is_determined)(value, error)
+                flags.append(np.stack([determined, deviation > 1.96 * error, deviation > 0.1 * np.abs(true)]))
+            determined, missed, far = np.concatenate(flags, axis=1)
+            shares = [f"{100.0 * part[determined].mean():.1f} %" if determined.any() else "-" for part in (missed, far)]
+            rows.append((title, f"{noise:g}", f"{forgetting:g}", f"{100.0 * determined.mean():.2f} %", *shares))
     head = ("excited", "torque, times .012 rad/s^2", "forgetting [1/s]", "determined", "missed", "off by a tenth")
     print(table(head, rows))
 
@@ -109,14 +111,14 @@ def rough_air(
     for seed in range(int(tuning), int(tuning) + 2 * rigs, 2):
         rig = windy_rig(seed, colour, quiet, rate, "bare", not unlogged, {"a": 5, "b": 0, "t": 0, "c": 0})
         estimates = identify(windy_logs(rig, "a")).estimates
-        rows += [{"gain": gain, **against(estimates[gain], rig.truth.parameters[gain])} for gain in GAINS]
-    found = pandas.DataFrame(rows)
-    lines = [(gain, over(own.ratio), f"{own.half_width.median():.3f}", count(own.covers), own.determined.sum())
-             for gain, own in found.groupby("gain", sort=False)]  # fmt: skip
+        rows += [{"gain": gain, **compare(estimates[gain], rig.truth.parameters[gain])} for gain in GAINS]
+    frame = pandas.DataFrame(rows)
+    lines = [(gain, median_and_range(of_gain.ratio), f"{of_gain.half_width.median():.3f}", count(of_gain.covers),
+              of_gain.determined.sum()) for gain, of_gain in frame.groupby("gain", sort=False)]  # fmt: skip
     print(table(("gain", "over truth, median (range)", "half-width over truth", "covered", "determined"), lines))
-    k_x = found[found.gain == "k_x"]
+    k_x = frame[frame.gain == "k_x"]
     print(bar_table([
         Bar("k_x over the truth, median", k_x.ratio.median(), 1.03, least=0.97),
         Bar("its half-width over the truth, median", k_x.half_width.median(), 0.15),
-        Bar("intervals that cover", found.covers, 99.0, least=92.0),
+        Bar("intervals that cover", frame.covers, 99.0, least=92.0),
     ]))  # fmt: skip

@@ -11,10 +11,11 @@ corrected plant, against those of the true plant; the corrected plant's error ov
 """
 
 from functools import partial
+from itertools import product
 
 import numpy as np
 
-from benchmarks.harness import Bar, Row, bar_table, count, run_jobs, span, table
+from benchmarks.harness import Bar, Row, bar_table, count, parse_range, run_jobs, table
 from benchmarks.rigs import windy_logs, windy_plant
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.records import ControllerConfiguration
@@ -30,34 +31,34 @@ KEPT = ("stable", "keeps the margin", "settles in time", "keeps both")
 
 
 def linear_model(plant: PlantParameters, design: Design) -> linearisation.LinearModel:
-    """Give the plant linearised where it is in equilibrium at the design's pitch and elevation."""
+    """Linearise a plant at its equilibrium at the design's pitch and elevation."""
     point = design.plants.model.point
     return linearisation.linear_model(plant, point.pitch, point.elevation, AIM.period)
 
 
-def kept(truth: PlantParameters, design: Design) -> dict[str, bool]:
-    """Say what a design keeps around the true plant."""
+def check_promises(truth: PlantParameters, design: Design) -> dict[str, bool]:
+    """Return which of :data:`KEPT` hold for a design around the true plant."""
     model, omega, promised = linear_model(truth, design), margins.frequencies(AIM.period), design.robust.figures
     responses = margins.plant_response(model, omega)[None].repeat(2, axis=0)
-    only = margins.Plants(model, (model,), omega, responses, ())
-    found = judging.judge_controller(only, design.robust.settings, design.axes)
-    if not found.is_stable:
+    true_plant = margins.Plants(model, (model,), omega, responses, ())
+    judged = judging.judge_controller(true_plant, design.robust.settings, design.axes)
+    if not judged.is_stable:
         return dict.fromkeys(KEPT, False)
-    margin = found.figures["disk"].value >= promised["disk"].promised - 1e-3
-    # by 2 % and a period it may be missed: the response crosses the 5 % band between two samples
-    settles = all(found.figures[name].value <= 1.02 * promised[name].promised + AIM.period
+    margin = judged.figures["disk"].value >= promised["disk"].promised - 1e-3
+    # with a tolerance of 2 % and a period: the response crosses the 5 % band between two samples
+    settles = all(judged.figures[name].value <= 1.02 * promised[name].promised + AIM.period
                   for name in (f"{axis}.settling" for axis in design.axes))  # fmt: skip
     return dict(zip(KEPT, (True, margin, settles, margin and settles), strict=True))
 
 
 def predicted_steps(plant: PlantParameters, design: Design) -> np.ndarray:
-    """Step responses of the whole plant, both axes one behind the other [rad]."""
+    """Return the step responses of the whole plant [rad], one axis after the other."""
     model, settings = linear_model(plant, design), design.robust.settings
     return np.concatenate([loop.step_response(model, settings, axis, 0.1, 8.0).angle for axis in design.axes])
 
 
-def of_rig(plants: int, colour: str, seed: int) -> list[Row]:
-    """Identify a rig, design on each model, and judge on the truth; give a row for each design."""
+def judge_designs(plants: int, colour: str, seed: int) -> list[Row]:
+    """Identify a rig, design on each model, and judge on the truth; return a row for each design."""
     rig, name = windy_rig(seed, colour, counts={"a": 5, "t": 2}), f"{colour} {seed}"
     truth, rows, first = windy_plant(rig), list[Row](), None
     try:
@@ -76,26 +77,27 @@ def of_rig(plants: int, colour: str, seed: int) -> list[Row]:
             design = design_controller(parameters, "lqi", "pitch", 0.0, aim=AIM, draws=drawn)
             first = first or design
             expected, true = (predicted_steps(plant, first) for plant in (parameters.plant(), truth))
-            row |= {**kept(truth, design), "transfer": float(np.linalg.norm(expected - true))}
-            said = "holds" if row[KEPT[-1]] else "fails"
-        except ConfigurationError as problem:
-            row["refused"], said = True, str(problem)
-        rows.append(row | {"line": f"{name}, {model}: {said}"})
+            row |= {**check_promises(truth, design), "transfer": float(np.linalg.norm(expected - true))}
+            text = "holds" if row[KEPT[-1]] else "fails"
+        except ConfigurationError as error:
+            row["refused"], text = True, str(error)
+        rows.append(row | {"line": f"{name}, {model}: {text}"})
     return rows
 
 
 def controllers(
     seeds: str = "1:25:2", colours: str = ",".join(COLOURS), plants: int = 300, workers: int = 2
 ) -> None:
-    """Print a table of designs against what they keep."""
-    jobs = [partial(of_rig, plants, colour, seed) for seed in span(seeds) for colour in colours.split(",")]
-    found = run_jobs(jobs, workers)
-    made = found[~found.refused]
-    lines = [(name, own.refused.sum(), *(count(own[what][~own.refused]) for what in KEPT))
-             for name, own in found.groupby("design", sort=False)]  # fmt: skip
+    """Print a table of the promises that the designs keep."""
+    cases = product(parse_range(seeds), colours.split(","))
+    jobs = [partial(judge_designs, plants, colour, seed) for seed, colour in cases]
+    rows = run_jobs(jobs, workers)
+    designed = rows[~rows.refused]
+    lines = [(name, group.refused.sum(), *(count(group[promise][~group.refused]) for promise in KEPT))
+             for name, group in rows.groupby("design", sort=False)]  # fmt: skip
     print(table(("design on", "refused", *KEPT), lines))
-    wide = made.pivot(index="rig", columns="design", values="transfer").reindex(columns=MODELS)
-    both = made[KEPT[-1]][made.design == MODELS[0]]
-    over = [Bar(f"step responses: error over that of {name}", (wide.corrected / wide[name]).median())
-            for name in MODELS[1:]]  # fmt: skip
-    print(bar_table([Bar("promises on the corrected plant hold", both, least=95.0), *over]))
+    wide = designed.pivot(index="rig", columns="design", values="transfer").reindex(columns=MODELS)
+    both = designed[KEPT[-1]][designed.design == MODELS[0]]
+    transfer_bars = [Bar(f"step responses: error over that of {name}", (wide.corrected / wide[name]).median())
+                     for name in MODELS[1:]]  # fmt: skip
+    print(bar_table([Bar("promises on the corrected plant hold", both, least=95.0), *transfer_bars]))

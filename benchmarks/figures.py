@@ -42,7 +42,7 @@ ORDER = {
 """A multisine of a quarter of a volt on top of the controller's voltages, the elevation held at .15 rad."""
 
 BINS = (-np.inf, 3.0, 6.0, 8.0, 11.0, 16.0, 32.0, 64.0, np.inf)
-"""Bounds of the bins of told scores [nats]; what is below 1 or above 128 is drawn there."""
+"""Bounds of the bins of told scores [nats]; scores below 1 or above 128 are drawn at these limits."""
 
 
 def identifier() -> str:
@@ -69,49 +69,50 @@ def identifier() -> str:
 def before_after(rows: pandas.DataFrame) -> str:
     """Draw errors .2 s ahead on held-out logs by axis: before, after, noise floor."""
     panels = []
-    for axis, own in rows[rows.error == ".2 s ahead"].groupby("axis", sort=False):
-        names = [f"{axis}, {rig.removeprefix('ntnu-')} {half}" for rig, half in zip(own.rig, own.half, strict=True)]
-        panel = Axes("", 16.0 * len(own), names=names)
-        for role, word in (("before", "before"), ("after", "after"), ("measured", "floor")):
-            known = own[word].notna()
-            panel.points(own[word][known], np.flatnonzero(known), role, word)
+    for axis, of_axis in rows[rows.error == ".2 s ahead"].groupby("axis", sort=False):
+        rigs = [rig.removeprefix("ntnu-") for rig in of_axis.rig]
+        names = [f"{axis}, {rig} {half}" for rig, half in zip(rigs, of_axis.half, strict=True)]
+        panel = Axes("", 16.0 * len(of_axis), names=names)
+        for role, column in (("before", "before"), ("after", "after"), ("measured", "floor")):
+            known = of_axis[column].notna()
+            panel.points(of_axis[column][known], np.flatnonzero(known), role, column)
         panels.append(panel)
     return figure(panels, "error .2 s ahead [mrad]", "Errors before and after a diagnosis", 640.0, True, (0.2, 40.0))
 
 
 def gains(rows: pandas.DataFrame) -> str:
-    """Draw gains over the truth with their 95 % intervals, half by half, by kind of air."""
+    """Draw gains over the truth with their 95 % intervals, a panel for each kind of rig."""
     panels = []
     for kind, of_kind in rows.groupby("kind", sort=False):
         panel = Axes(f"over the truth, {kind}", 150.0)
         panel.level(1.0, "muted")
         for number, (gain, role) in enumerate((("k_x", "before"), ("k_z", "after"), ("k_y", "measured"))):
-            own = of_kind[of_kind.gain == gain]
-            places = np.arange(len(own)) + 1.0 + 0.25 * (number - 1)
-            for place, ratio, half in zip(places, own.ratio, own.half_width, strict=True):
+            of_gain = of_kind[of_kind.gain == gain]
+            places = np.arange(len(of_gain)) + 1.0 + 0.25 * (number - 1)
+            for place, ratio, half in zip(places, of_gain.ratio, of_gain.half_width, strict=True):
                 panel.line((place, place), (ratio - half, ratio + half), role, width=1.0)
-            panel.points(places, own.ratio, role, gain)
+            panel.points(places, of_gain.ratio, role, gain)
         panels.append(panel)
     return figure(panels, "half of the logs of a rig", "Gains of windy rigs with their intervals", 760.0)
 
 
 def detection(rows: pandas.DataFrame) -> str:
-    """Draw the share of effects that are shown, with its 95 % interval, against their told score, in `BINS`."""
+    """Draw the share of effects that are shown, with its 95 % interval, over their told score, in `BINS`."""
     panel = Axes("share shown", limits=(-0.05, 1.05))
     panel.line((DETECTABLE, DETECTABLE), (0.0, 1.0), "muted", width=1.0)
-    for battery, role, label, aside in (("blind", "before", "open loop", 0.97), ("windy", "after", "windy air", 1.03)):
-        own = rows[rows.battery == battery]
-        for _, inside in own.groupby(pandas.cut(own.told, BINS), observed=True):
-            place = aside * np.exp(np.log(inside.told.clip(1.0, 128.0)).mean())
-            shown, low, high = share([*inside.shown])
+    for battery, role, label, shift in (("blind", "before", "open loop", 0.97), ("windy", "after", "windy air", 1.03)):
+        effects = rows[rows.battery == battery]
+        for _, in_bin in effects.groupby(pandas.cut(effects.told, BINS), observed=True):
+            place = shift * np.exp(np.log(in_bin.told.clip(1.0, 128.0)).mean())
+            shown, low, high = share([*in_bin.shown])
             panel.line((place, place), (low, high), role, width=1.0)
             panel.points((place,), (shown,), role, label)
-    said = "Share of effects that are shown against the score that a fit gives them which is told the structure"
-    return figure([panel], "score of a fit that is told the structure [nats]", said, 640.0, True, (0.9, 140.0))
+    description = "Share of effects that are shown against the score that a fit gives them which is told the structure"
+    return figure([panel], "score of a fit that is told the structure [nats]", description, 640.0, True, (0.9, 140.0))
 
 
 def report() -> bytes:
-    """Give the first screen of rig-a's report as a PNG that holds its text too; LookupError without a Chromium."""
+    """Return the first screen of rig-a's report as a PNG, with its text as metadata; LookupError without Chromium."""
     from PIL import Image, PngImagePlugin
 
     browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -121,28 +122,28 @@ def report() -> bytes:
         page, picture = Path(folder, "report.html"), Path(folder, "report.png")
         page.write_text(text := report_of_rig_a(), encoding="utf-8")
         flags = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", f"--user-data-dir={folder}/own")
-        wanted = (f"--screenshot={picture}", "--window-size=1160,940", page.as_uri())
-        subprocess.run([browser, *flags, *wanted], capture_output=True, check=True)
-        about = PngImagePlugin.PngInfo()
-        about.add_itxt("Description", first_words(text))
+        screenshot = (f"--screenshot={picture}", "--window-size=1160,940", page.as_uri())
+        subprocess.run([browser, *flags, *screenshot], capture_output=True, check=True)
+        metadata = PngImagePlugin.PngInfo()
+        metadata.add_itxt("Description", first_words(text))
         with Image.open(picture) as image:
-            image.save(picture, pnginfo=about, optimize=True)
+            image.save(picture, pnginfo=metadata, optimize=True)
         return picture.read_bytes()
 
 
 def report_of_rig_a() -> str:
-    """Give the page that `heli demo` writes of rig-a."""
+    """Return the page that `heli demo` writes for rig-a."""
     training, held_out = demo_files("rig-a")
     return report_page(diagnose(training, held_out=held_out), "rig-a")
 
 
 def first_words(page: str) -> str:
-    """Give the words of a report above its first figure."""
+    """Return the words of a report above its first figure."""
     return " ".join(re.sub("<[^>]*>", " ", page[page.index("<h1") : page.index("<svg")]).split())
 
 
 def from_tables(draw: Callable[[pandas.DataFrame], str], *names: str) -> str:
-    """Draw what tables of docs/results hold together."""
+    """Draw the rows of some tables of docs/results."""
     return figure_file(draw(pandas.concat([pandas.read_csv(TABLES / f"{name}.csv") for name in names])))
 
 
@@ -153,7 +154,7 @@ DRAWN: dict[str, Callable[[], str | bytes]] = {
     "report.png": report,
     "windy.svg": lambda: from_tables(gains, "windy"),
 }
-"""What draws each picture."""
+"""Functions that draw the pictures."""
 
 
 def figures(names: Words) -> None:

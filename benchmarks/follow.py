@@ -21,6 +21,7 @@ reaches J*, whichever is later.
 
 import math
 from functools import partial
+from itertools import chain
 
 import numpy as np
 import pandas
@@ -58,19 +59,18 @@ NAMES = {
     "cable": "effects.cable_stiffness.travel",
     "warming": "rotor.both",
 }
-"""Kinds of change, and what the twin should call them."""
+"""Kinds of change, and the names by which the twin should call them."""
 
-ASKED = tuple(NAMES)[:7]
-"""Kinds of change for which a bar says how soon they are to be noticed."""
+TIMED_KINDS = tuple(NAMES)[:7]
+"""Kinds of change with a bar on the time until they are noticed."""
 
 KINDS, UNCHANGED_KINDS = (*NAMES, "two", *STREAMS), ("none", FAULTY)
 
 
-def known(rig: FlownRig, rng: np.random.Generator) -> PlantParameters:
-    """Return the values that a twin begins with.
+def draw_initial_values(rig: FlownRig, rng: np.random.Generator) -> PlantParameters:
+    """Return the values with which a twin starts.
 
-    They err as those of a diagnosis do: gains, stiffnesses by 1 %, dampings by .01 1/s, torques in hover by .003
-    rad/s^2.
+    Their errors are those of a diagnosis: gains and stiffnesses 1 %, dampings .01 1/s, torques in hover .003 rad/s^2.
     """
     c, (elevation, thrust) = rig.coefficients, rig.hover
     shares, offsets = 1.0 + 0.01 * rng.standard_normal(7), 0.01 * rng.standard_normal(3)
@@ -83,41 +83,41 @@ def known(rig: FlownRig, rng: np.random.Generator) -> PlantParameters:
 
 
 JITTER, DELAY, MAXIMUM_AGE = 0.02, 0.05, 0.2
-"""Standard deviation of the time that a sample travels [s]; delay and maximum age of the units' link to a rig [s]."""
+"""Standard deviation of the delay of a sample [s]; delay and maximum age of the units' link to a rig [s]."""
 
 
-def late(rows: Array, fresh: Array, rng: np.random.Generator) -> Array:
-    """Let the samples that are ``fresh`` travel for a random time, and put into ``rows`` what the units' link shows."""
-    travelled = np.maximum(0.0, JITTER * (1.0 + rng.standard_normal(len(rows))))
-    travelled[0] = 0.0
+def delay_samples(rows: Array, fresh: Array, rng: np.random.Generator) -> Array:
+    """Delay the ``fresh`` samples at random; write the output of the units' link into ``rows``, return its flags."""
+    delays = np.maximum(0.0, JITTER * (1.0 + rng.standard_normal(len(rows))))
+    delays[0] = 0.0
     arrivals: dict[int, list[Datagram]] = {}
     for k in np.flatnonzero(fresh).tolist():
-        arrived = k + math.ceil(RATE * float(travelled[k]) - 1e-9)
-        arrivals.setdefault(arrived, []).append(Datagram(k, k / RATE, tuple(rows[k].tolist())))
-    clock, shown = Clock(DELAY, MAXIMUM_AGE, 1.0 / RATE), np.zeros(len(rows))
+        arrival = k + math.ceil(RATE * float(delays[k]) - 1e-9)
+        arrivals.setdefault(arrival, []).append(Datagram(k, k / RATE, tuple(rows[k].tolist())))
+    clock, is_fresh = Clock(DELAY, MAXIMUM_AGE, 1.0 / RATE), np.zeros(len(rows))
     for k in range(len(rows)):
         clock.tick(k / RATE, arrivals.get(k, []))
-        shown[k] = clock.fresh
+        is_fresh[k] = clock.fresh
         rows[k] = rows[0] if clock.order.last is None else clock.order.last.signals
-    return shown
+    return is_fresh
 
 
 LIMIT, POWER, TESTS = 20.0, 0.95, 32
-"""Time in which a change is to be noticed [s], with which probability, among how many: 16 of either sign."""
+"""Time within which a change is to be noticed [s], with which probability, among how many: 16 of either sign."""
 
 
 def excited_until(kind: str, rows: Array, c: Coefficients, start: float, false_alarm_time: float) -> float | None:
-    """Return when 20 s of excited flight are over after a change at ``start`` [s]; None for no bar, or not flown.
+    """Return when 20 s of excited flight after a change at ``start`` [s] are over; None without a bar or such a time.
 
     ``rows`` (N, 5) has voltages [V] and angles [rad], ``c`` the rig before the change, ``false_alarm_time`` is T [s].
     """
-    if kind not in ASKED:
+    if kind not in TIMED_KINDS:
         return None
-    axis, pitch, stay = ASKED.index(kind) % 3, rows[:, 2], math.exp(-H / c.t_m)
+    axis, pitch, decay = TIMED_KINDS.index(kind) % 3, rows[:, 2], math.exp(-H / c.t_m)
     if kind in GAINS:
         voltage = rows[:, 0] - rows[:, 1] if kind == "k_x" else rows[:, 0] + rows[:, 1]
-        turned = lfilter([0.0, 1.0 - stay], [1.0, -stay], voltage - voltage[0]) + voltage[0]  # as the rotors follow
-        g = flown.GAIN * getattr(c, kind) * turned * (np.ones(len(rows)), np.cos(pitch), np.sin(pitch))[axis]
+        lagged = lfilter([0.0, 1.0 - decay], [1.0, -decay], voltage - voltage[0]) + voltage[0]  # by the motors
+        g = flown.GAIN * getattr(c, kind) * lagged * (np.ones(len(rows)), np.cos(pitch), np.sin(pitch))[axis]
     elif kind == "mass":
         axis, g = 1, np.full(len(rows), flown.MASS)
     else:  # the sign of the rate over .2 s, in which a count of the encoder is 8 mrad/s
@@ -131,18 +131,18 @@ def excited_until(kind: str, rows: Array, c: Coefficients, start: float, false_a
     P = solve_discrete_are(F.T, C.T, Q, np.array([[r]]))
     S = P[0, 0] + r
     needed = (norm.ppf(1.0 - LIMIT / false_alarm_time / TESTS) + norm.ppf(POWER)) ** 2
-    # what acted before the change did not act: the filter's error begins there
-    left, B = F @ (np.eye(3) - P[:, :1] @ C / S), np.array([[0.5 * H * H], [H], [0.0]])
-    _, psi, _ = dlsim((left, B, C @ left, C @ B, H), g[round(start / H) :])
+    # the filter's error starts with the change
+    error_transition, B = F @ (np.eye(3) - P[:, :1] @ C / S), np.array([[0.5 * H * H], [H], [0.0]])
+    _, psi, _ = dlsim((error_transition, B, C @ error_transition, C @ B, H), g[round(start / H) :])
     enough = np.flatnonzero(np.cumsum(psi**2) / S > needed)
     return max(LIMIT, H * float(enough[0] + 1)) if len(enough) else None
 
 
 def flight(half: int, seed: int, kind: str) -> list[Row]:
-    """Fly one rig with one kind of change, follow it, and judge what the twin said and predicted."""
+    """Fly one rig with one kind of change, follow it, and judge events and predictions of the twin."""
     rng = np.random.default_rng([15, half, seed, (*KINDS, *UNCHANGED_KINDS).index(kind)])
     rig = flown.draw_flown(rng)
-    values = known(rig, rng)
+    values = draw_initial_values(rig, rng)
     sign, start = float(rng.choice([-1.0, 1.0])), float(rng.uniform(35.0, 50.0))
     kinds = [] if kind in UNCHANGED_KINDS else [kind]
     if kind == "two":
@@ -157,24 +157,24 @@ def flight(half: int, seed: int, kind: str) -> list[Row]:
     measured = rows.copy()
     fresh = interrupted(kind, rows, stages[-1].start, rng)
     if kind in LATE:
-        fresh = late(rows, fresh, rng)
+        fresh = delay_samples(rows, fresh, rng)
     plan = following.FollowPlan(FollowSettings(parameters=values))
     fixed = following.FollowPlan(FollowSettings(parameters=values, correcting=False))
-    errors, events, adoptions = followed(rows, fresh, plan)
+    errors, events, adoptions = follow_record(rows, fresh, plan)
 
-    def with_values(begin: float, end: float, used: tuple[float, ...]) -> float:
-        """Error of a twin with these values, which predicts from the same observer at the same samples."""
-        fixed.alone = plan.build_twin(used)
-        return rms(followed(rows, fresh, fixed, begin, end)[0], columns=TWIN)
+    def error_with_values(begin: float, end: float, values: tuple[float, ...]) -> float:
+        """Return the error of a twin with these values, which predicts from the same observer at the same samples."""
+        fixed.alone = plan.build_twin(values)
+        return rms(follow_record(rows, fresh, fixed, begin, end)[0], columns=TWIN)
 
     alarms = [event for event in events if event.what == "alarm"]
     row: Row = {"kind": kind, "events": [event.document() for event in events], "changes": [], "adoptions": []}
     row["false"] = 0 if kinds else sum("no longer" in event.why for event in alarms)
     ends = [*(stage.start for stage in stages[2:]), math.inf][: len(kinds)]
     for name, stage, until in zip(kinds, stages[1:], ends, strict=True):
-        own = [event for event in alarms if stage.start <= event.time < until]
-        tried = [event.name for event in own if not event.why.startswith("the inno")]
-        delay = own[0].time - stage.start if own else math.inf
+        of_change = [event for event in alarms if stage.start <= event.time < until]
+        tried = [event.name for event in of_change if not event.why.startswith("the inno")]
+        delay = of_change[0].time - stage.start if of_change else math.inf
         enough = excited_until(name, measured, rig.coefficients, stage.start, plan.settings.false_alarm_time)
         row["changes"].append({
             "delay": delay, "noticed": delay <= (stage.slow or LIMIT), "named": tried[:1] == [NAMES[name]],
@@ -187,23 +187,23 @@ def flight(half: int, seed: int, kind: str) -> list[Row]:
         same = {name: getattr(values, name) * getattr(is_, name) / getattr(was, name) for name in GAINS}
         same |= {name: getattr(is_, name) for name in FRICTIONS} | {"a_1": values.a_1 + is_.a_1 - was.a_1}
         p = values._replace(cable_stiffness_travel=is_.cable_stiffness, **same)
-        row["told"] = with_values(begin, last, (*(getattr(p, field) for field in FIELDS), *stages[-1].shares))
+        row["told"] = error_with_values(begin, last, (*(getattr(p, field) for field in FIELDS), *stages[-1].shares))
     for event, before in adoptions:
         begin, last = event.time + 2.0, event.time + 62.0
-        left = before == plan.alone.values
-        old = rms(errors, begin, last, ALONE) if left else with_values(begin, last, before)
+        is_first = before == plan.alone.values
+        old = rms(errors, begin, last, ALONE) if is_first else error_with_values(begin, last, before)
         row["adoptions"].append([event.name, event.time, old, rms(errors, begin, last, TWIN)])
-    said = [f"{event.time:.1f} s {event.what} {event.name}" for event in events]
-    return [row | {"line": f"{kind} {seed}: {'; '.join(said) or 'nothing'}"}]
+    texts = [f"{event.time:.1f} s {event.what} {event.name}" for event in events]
+    return [row | {"line": f"{kind} {seed}: {'; '.join(texts) or 'nothing'}"}]
 
 
-def followed(
+def follow_record(
     rows: Array, fresh: Array, plan: following.FollowPlan, begin: float = 0.0, end: float = 1e9
 ) -> tuple[Array, list[Event], list[tuple[Event, tuple[float, ...]]]]:
     """Follow a record, for errors from ``begin`` to ``end`` [s].
 
-    Returns errors 1 s ahead (M, 7): time, the twin's, those of the one left alone; events; adoptions with the values
-    before.
+    Returns errors 1 s ahead (M, 7): time, errors of the twin, errors of the twin that is left alone; events; adoptions
+    with the values before.
     """
     first, last = max(0, round(RATE * (begin - SETTLED))), min(len(rows), round(RATE * end) + 1)
     state = following.start_correcting(plan, Sample(*rows[first].tolist()))
@@ -214,9 +214,9 @@ def followed(
     events, adoptions = list[Event](), list[tuple[Event, tuple[float, ...]]]()
     for k in range(first + 1, last):
         before, sample = state.twin.values, Sample(*(*rows[k].tolist(), float(fresh[k])))
-        state, said = following.correct(state, sample, plan)
-        events += said
-        adoptions += [(event, before) for event in said if event.what == "adopted"]
+        state, new_events = following.correct(state, sample, plan)
+        events += new_events
+        adoptions += [(event, before) for event in new_events if event.what == "adopted"]
         twins = state.predictions
         if twins.compared and k >= round(RATE * begin):
             errors.append((H * k, *(rows[k, 2:] - twins.used.predicted), *(rows[k, 2:] - twins.alone.predicted)))
@@ -224,46 +224,49 @@ def followed(
 
 
 def rms(errors: Array, begin: float = 0.0, end: float = 1e9, columns: slice = ALONE) -> float:
-    """Return the rms over a time of the length of the errors of the three axes [rad]."""
-    own = errors[(errors[:, 0] >= begin) & (errors[:, 0] <= end), columns]
-    return float(np.sqrt((own**2).sum(axis=1).mean())) if len(own) else float("nan")
+    """Return the rms, from ``begin`` to ``end`` [s], of the length of the error vector of the three axes [rad]."""
+    vectors = errors[(errors[:, 0] >= begin) & (errors[:, 0] <= end), columns]
+    return float(np.sqrt((vectors**2).sum(axis=1).mean())) if len(vectors) else float("nan")
 
 
 def follow(
     kinds: Words, tuning: bool = False, seeds: int = 40, first: int = 0, hours: float = 20.0, workers: int = 1
 ) -> None:
     """Fly, and print the tables."""
-    still = round(hours * 3600.0 / UNCHANGED)
+    unchanged_seeds = round(hours * 3600.0 / UNCHANGED)
     jobs = [
         partial(flight, 1 if tuning else 2, seed, kind)
-        for seed in range(first, max(seeds, still))
+        for seed in range(first, max(seeds, unchanged_seeds))
         for kind in kinds or (*KINDS, *UNCHANGED_KINDS)
-        if seed < (still if kind in UNCHANGED_KINDS else seeds)
+        if seed < (unchanged_seeds if kind in UNCHANGED_KINDS else seeds)
     ]
     flights = run_jobs(jobs, workers)
-    moved = flights[~flights.kind.isin(UNCHANGED_KINDS)]
-    changes = pandas.DataFrame([{"kind": row.kind, **own} for _, row in moved.iterrows() for own in row.changes])
+    changed = flights[~flights.kind.isin(UNCHANGED_KINDS)]
+    pairs = zip(changed.kind, changed.changes, strict=True)
+    changes = pandas.DataFrame([{"kind": kind, **change} for kind, of_flight in pairs for change in of_flight])
     lines = []
-    for name, own in moved.groupby("kind", sort=False):
-        ratio, one = own.error / own.told, changes[changes.kind == name]
+    for name, group in changed.groupby("kind", sort=False):
+        ratio, of_kind = group.error / group.told, changes[changes.kind == name]
         lines.append((
-            name, len(own), count(one.noticed), f"{one.delay[one.delay < math.inf].median():.0f}", count(one.named),
-            f"{ratio.median():.3f}, {ratio.max():.2f}", count(ratio <= 1.15), f"{(own.error / own.alone).max():.3f}",
+            name, len(group), count(of_kind.noticed), f"{of_kind.delay[of_kind.delay < math.inf].median():.0f}",
+            count(of_kind.named), f"{ratio.median():.3f}, {ratio.max():.2f}", count(ratio <= 1.15),
+            f"{(group.error / group.alone).max():.3f}",
         ))  # fmt: skip
     head = ("change", "flights", "noticed", "after [s]", "named", "error/told: median, largest", "<= 1.15",
             "largest error/alone")  # fmt: skip
-    adoptions = [one for own in flights.adoptions for one in own if np.isfinite(one[2:]).all()]
+    adoptions = [adoption for adoption in chain(*flights.adoptions) if np.isfinite(adoption[2:]).all()]
     bars = [Bar("adoptions that are wrong", [after > before for *_, before, after in adoptions], 1.0)]
-    for name, own in flights[flights.kind.isin(UNCHANGED_KINDS)].groupby("kind"):
-        hours, false = len(own) * UNCHANGED / 3600.0, float(own.false.sum())
+    for name, group in flights[flights.kind.isin(UNCHANGED_KINDS)].groupby("kind"):
+        hours, false = len(group) * UNCHANGED / 3600.0, float(group.false.sum())
         bars.append(Bar(f"false alarms in {hours:.1f} h of unchanged rigs, {name}", false, hours / 10.0))
-    if len(moved):
-        asked, over, alone = changes[changes.kind.isin(ASKED)], moved.error / moved.told, moved.error / moved.alone
+    if len(changed):
+        timed = changes[changes.kind.isin(TIMED_KINDS)]
+        over_told, over_alone = changed.error / changed.told, changed.error / changed.alone
         bars += [
-            Bar("gains, dry frictions, mass: noticed within 20 s", asked.noticed),
-            Bar("the same within 20 s of excited flight", asked.excited.dropna(), least=95.0),
-            Bar("the right one named", asked.named, least=90.0),
-            Bar("error at most 1.15 times that of the twin that is told", over <= 1.15, least=100.0),
-            Bar("error over that of the twin left alone, largest", alone.max(), 1.05),
+            Bar("gains, dry frictions, mass: noticed within 20 s", timed.noticed),
+            Bar("the same within 20 s of excited flight", timed.excited.dropna(), least=95.0),
+            Bar("the right one named", timed.named, least=90.0),
+            Bar("error at most 1.15 times that of the twin that is told", over_told <= 1.15, least=100.0),
+            Bar("error over that of the twin left alone, largest", over_alone.max(), 1.05),
         ]
     print(f"{table(head, lines)}\n\n{bar_table(bars)}")

@@ -31,60 +31,60 @@ from tests.faults.case import try_fault
 from tests.faults.page import FAULTS
 
 VOLATILE = ("seconds", "provenance", "file", "sha256", "path")
-"""Keys of what differs from run to run, and is not compared."""
+"""Keys whose values differ from run to run, and are not compared."""
 
 EVERY = 97
-"""An array is recorded by each so many of its numbers."""
+"""Of an array every 97th number is recorded."""
 
 
-def diagnosed(kind: str, scale: float) -> Any:
+def record_diagnosis(kind: str, scale: float) -> Any:
     """Diagnose a rig of the blind battery."""
     return blind_rig(kind, scale, 0).diagnose().to_dict()
 
 
-def identified(rig: str, method: str) -> Any:
-    """Give the histories of the on-line identifier over the logs of a demonstration rig."""
-    found = hi.identify(hi.demo_logs(rig)[0], method=method)
-    histories = {one.name: one.parameters.ravel()[::EVERY].tolist() for one in found.histories}
-    return {"document": found.to_dict(), "histories": histories}
+def record_identification(rig: str, method: str) -> Any:
+    """Return the estimates of the on-line identifier over the logs of a demonstration rig."""
+    result = hi.identify(hi.demo_logs(rig)[0], method=method)
+    histories = {history.name: history.parameters.ravel()[::EVERY].tolist() for history in result.histories}
+    return {"document": result.to_dict(), "histories": histories}
 
 
-def simulated(scenario: str, language: str) -> Any:
-    """Give every output of a scenario's units over 20 s."""
+def record_scenario(scenario: str, language: str) -> Any:
+    """Return every output of a scenario's units over 20 s."""
     run = run_apart(scenario, 20.0, 0.01, {"plant.encoder.enabled": True}, native=language == "C")
     return {output: run.column(output)[::EVERY].tolist() for output in run.names}
 
 
-def described(unit: str, language: str) -> Any:
-    """Give the model description of a unit, without identifiers and dates."""
+def record_description(unit: str, language: str) -> Any:
+    """Return the model description of a unit, without identifiers and dates."""
     with TemporaryDirectory() as folder, ZipFile(build(unit, Path(folder), native=language == "C")) as fmu:
         text = fmu.read("modelDescription.xml").decode()
     return re.sub(r'(guid|instantiationToken|generationDateAndTime)="[^"]*"', "", text).splitlines()
 
 
-def answered(name: str) -> Any:
-    """Give exit code, sentence and what is left of a fault."""
+def record_message(name: str) -> Any:
+    """Return exit code and sentence of a fault, and the files that it leaves."""
     with TemporaryDirectory() as folder:
         answer = try_fault(MESSAGES[name], Path(folder))
     return [answer.code, answer.sentence, list(answer.left)]
 
 
 MESSAGES = {f"{section} {fault.what}": fault for section, fault in FAULTS if not fault.shell}
-"""Faults that need no process of their own."""
+"""Faults that need no separate process."""
 
 KINDS: dict[str, tuple[Callable[..., Any], list[tuple[Any, ...]]]] = {
-    "battery": (diagnosed, [(case.kind, case.scale) for case in BATTERY]),
+    "battery": (record_diagnosis, [(case.kind, case.scale) for case in BATTERY]),
     "flights": (flight, [(2, 400, kind) for kind in ("k_x", "friction_elevation", "mass", "stuck", "loss")]),
-    "identifier": (identified, [*product(DEMO_RIGS, METHODS)]),
-    "scenarios": (simulated, [*product(("open_loop", "closed_loop"), ("Python", "C"))]),
-    "units": (described, [*product(UNITS, ("Python",)), *product(NATIVE_UNITS, ("C",))]),
-    "messages": (answered, [(name,) for name in MESSAGES]),
+    "identifier": (record_identification, [*product(DEMO_RIGS, METHODS)]),
+    "scenarios": (record_scenario, [*product(("open_loop", "closed_loop"), ("Python", "C"))]),
+    "units": (record_description, [*product(UNITS, ("Python",)), *product(NATIVE_UNITS, ("C",))]),
+    "messages": (record_message, [(name,) for name in MESSAGES]),
 }
-"""What makes the entries that are recorded, and of what; the words are an entry's name."""
+"""By kind the function that makes an entry, and the arguments of all entries; an entry is named after its arguments."""
 
 
 def differences(old: Any, new: Any, place: str = "") -> Iterator[str]:
-    """Say what differs, and where; numbers that are no number are the same."""
+    """Yield what differs, and where; two NaN are equal."""
     if isinstance(old, dict) and isinstance(new, dict):
         for key in (key for key in {**old, **new} if key not in VOLATILE):
             yield from differences(old.get(key), new.get(key), f"{place}.{key}")
@@ -104,15 +104,15 @@ def freeze(
     if what == "compare":
         old, new = ({path.relative_to(folder).as_posix(): json.loads(path.read_text())
                      for path in sorted(folder.glob("*/*.json"))} for folder in folders)  # fmt: skip
-        found = list(differences(old, new))
-        print(*found, f"{len({**old, **new})} entries, {len(found)} differences", sep="\n")
-        sys.exit(bool(found))
+        lines = list(differences(old, new))
+        print(*lines, f"{len({**old, **new})} entries, {len(lines)} differences", sep="\n")
+        sys.exit(bool(lines))
     for kind in only.split(","):
-        make, every = KINDS[kind]
-        for words in every[:most]:
-            name = re.sub(r"[^A-Za-z0-9_.+-]+", "-", " ".join(map(str, words)))
+        make, entries = KINDS[kind]
+        for arguments in entries[:most]:
+            name = re.sub(r"[^A-Za-z0-9_.+-]+", "-", " ".join(map(str, arguments)))
             path = folders[0] / kind / f"{name[:120]}.json"
             if not path.exists():
                 path.parent.mkdir(parents=True, exist_ok=True)
-                write_atomically(path, json.dumps(make(*words), indent=1, ensure_ascii=False))
+                write_atomically(path, json.dumps(make(*arguments), indent=1, ensure_ascii=False))
                 print(path, flush=True)

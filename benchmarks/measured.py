@@ -23,32 +23,35 @@ from heli_plant.effects import AXES
 SOURCES = Path(__file__).with_name("measured_sources.csv")
 
 
-def rows(matrix: str, difference: int, unit: str = "rad", sign: int = 1) -> LogFormat:
-    """Give the format of a rig's files: the row of V_d, behind which V_s stands, unit of the angles, sign of pitch."""
-    places = {"time": 1, "travel": 2, "pitch": 4, "elevation": 6, "v_difference": difference, "v_sum": difference + 1}
+def matrix_format(matrix: str, difference: int, unit: str = "rad", sign: int = 1) -> LogFormat:
+    """Return the format of a rig's files: the row of V_d (V_s is the next row), unit of the angles, sign of pitch."""
+    numbers = {"time": 1, "travel": 2, "pitch": 4, "elevation": 6, "v_difference": difference, "v_sum": difference + 1}
     units = {"time": "s", "v_difference": "V", "v_sum": "V", **dict.fromkeys(AXES, unit)}
-    columns = {name: f"{matrix}({row},:)" for name, row in places.items()}
+    columns = {name: f"{matrix}({row},:)" for name, row in numbers.items()}
     return LogFormat(columns=columns, units=units, signs={"pitch": sign}, swap_rotors=sign < 0, clip=True)
 
 
-FORMATS = {"ntnu-05": rows("SimData", 10), "ntnu-08a": rows("state", 8, "deg"), "ntnu-01b": rows("var", 8, sign=-1)}
+FORMATS = {
+    "ntnu-05": matrix_format("SimData", 10),
+    "ntnu-08a": matrix_format("state", 8, "deg"),
+    "ntnu-01b": matrix_format("var", 8, sign=-1),
+}
 
 
 def download_logs(folder: Path) -> list[Path]:
-    """Fetch every file that is not there yet into ``folder``/raw, and give the folders of the rigs' logs.
+    """Fetch missing files into ``folder``/raw, and return the folders of the rigs' logs.
 
-    It ends the program if a file cannot be fetched or is not the one that was cited; what was fetched before stays and
-    is not fetched again.
+    The program ends if a file cannot be fetched or is not the cited one; files that were fetched before are kept.
     """
     rigs = {}
     for source in pandas.read_csv(SOURCES, dtype=str).to_dict("records"):
         raw, rig = folder / "raw" / f"{source['rig']}-{source['log']}.mat", folder / source["rig"]
         if not raw.is_file() or sha256(raw.read_bytes()).hexdigest() != source["sha256"]:
-            place = f"{source['repository']}/{source['commit']}/{quote(source['path'])}"
-            address = f"https://raw.githubusercontent.com/{place}"
+            path = f"{source['repository']}/{source['commit']}/{quote(source['path'])}"
+            address = f"https://raw.githubusercontent.com/{path}"
             try:
                 with urlopen(address, timeout=60.0) as answer:
-                    content = answer.read(int(source["bytes"]) + 1)  # no more than shows that it is too long
+                    content = answer.read(int(source["bytes"]) + 1)  # one byte more shows that it is too long
             except (OSError, HTTPException) as error:
                 sys.exit(f"{address} cannot be fetched: {error}.")
             if sha256(content).hexdigest() != source["sha256"]:
@@ -59,7 +62,7 @@ def download_logs(folder: Path) -> list[Path]:
 
 
 def measured_rig(rig: str, start: float) -> tuple[str, list[Log]]:
-    """Give the name and the logs from ``start`` [s] on of a folder, ``FOLDER:-pitch`` if its pitch counts down."""
+    """Return the name of a folder and its logs from ``start`` [s] on; ``FOLDER:-pitch`` if its pitch counts down."""
     folder, _, mirrored = rig.partition(":")
     files = sorted(path for path in Path(folder).iterdir() if path.name.endswith((".csv", ".csv.gz", ".mat")))
     signs = LogFormat(signs={"pitch": -1} if mirrored else {})

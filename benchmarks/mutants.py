@@ -15,7 +15,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import suppress
 from io import StringIO
-from itertools import count, islice
+from itertools import chain, count, islice
 from pathlib import Path
 from time import monotonic
 from token import NAME, NUMBER, OP
@@ -29,11 +29,11 @@ SWAPS = {
     "!=": ("bound", "=="), "min": ("bound", "max"), "max": ("bound", "min"), "+": ("sign", "-"), "-": ("sign", "+"),
     "*": ("law", "/"), "/": ("law", "*"), "raise": ("check", "pass;"),
 }  # fmt: skip
-"""Kind of a mutant and what takes a word's place; a number is doubled."""
+"""Kind of a mutant and the replacement of a word; numbers are doubled."""
 
 
 class Mutant(NamedTuple):
-    """One place: its file, kind, line, and which one of its kind in equal lines of the file."""
+    """One place in a file: its kind, line, and number among the same kind in equal lines of the file."""
 
     path: str
     kind: str
@@ -42,21 +42,21 @@ class Mutant(NamedTuple):
 
 
 def mutants_of(path: str, source: str) -> Iterator[tuple[Mutant, TokenInfo, str]]:
-    """Give the places of a file that have mutants, the word there and what takes its place."""
-    seen = Counter[tuple[str, str]]()
+    """Yield the mutants of a file, each with its token and the replacement."""
+    counts = Counter[tuple[str, str]]()
     for token in generate_tokens(StringIO(source).readline):
-        kind, other = SWAPS.get(token.string, ("", "")) if token.type in (OP, NAME) else ("", "")
+        kind, replacement = SWAPS.get(token.string, ("", "")) if token.type in (OP, NAME) else ("", "")
         if token.type == NUMBER:
             value = literal_eval(token.string)
-            kind, other = "number", repr(value * 2 if value else value + 1)
+            kind, replacement = "number", repr(value * 2 if value else value + 1)
         if kind:
-            text = token.line.strip()
-            seen[kind, text] += 1
-            yield Mutant(path, kind, text, seen[kind, text]), token, other
+            line = token.line.strip()
+            counts[kind, line] += 1
+            yield Mutant(path, kind, line, counts[kind, line]), token, replacement
 
 
 class Tree:
-    """Copy of a commit: the source of its mutants, and which of its test files are sound, as they pass unchanged."""
+    """Copy of a commit with its mutants; ``sound`` says of test files whether they pass without a mutant."""
 
     def __init__(self, commit: str, folder: Path) -> None:
         self.root, self.sound = folder / commit, dict[Path, bool]()
@@ -64,11 +64,11 @@ class Tree:
         subprocess.run(f"git archive {commit} | tar -x -C {self.root}", shell=True, cwd=ROOT, check=True)
         names = ("heli_plant", "heli_identifier", "fmu_src")
         paths = sorted(path for name in names for path in (self.root / name).rglob("*.py"))
-        found = (one for path in paths for one in mutants_of(path.relative_to(self.root).as_posix(), path.read_text()))
-        self.mutants = {mutant: (token, other) for mutant, token, other in found}
+        found = (mutants_of(path.relative_to(self.root).as_posix(), path.read_text()) for path in paths)
+        self.mutants = {mutant: (token, replacement) for mutant, token, replacement in chain.from_iterable(found)}
 
     def tests_of(self, path: str) -> list[Path]:
-        """Give the test files that name a module, then those that name its room or package; the shortest come first."""
+        """Return test files that name a module, then those that name its room or package; the shortest come first."""
         module = path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
         levels = (module, module.rpartition(".")[0] or module, module.partition(".")[0])
         words, ranks = set(module.replace(".", "_").split("_")[2:]), {}
@@ -81,41 +81,42 @@ class Tree:
     def passes(self, test: Path) -> bool:
         """Whether a test file passes, and ends in time."""
         command = [sys.executable, "-m", "pytest", "-x", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow"]
-        told = {**os.environ, "PYTHONPATH": str(self.root), "PYTHONDONTWRITEBYTECODE": "1"}
-        with suppress(subprocess.TimeoutExpired):  # it hangs: without a mutant none takes half as long
-            done = subprocess.run([*command, str(test)], cwd=self.root, env=told, timeout=300.0, capture_output=True)
-            return done.returncode in (0, 5)  # 5: all of its tests are slow
+        environment = {**os.environ, "PYTHONPATH": str(self.root), "PYTHONDONTWRITEBYTECODE": "1"}
+        command.append(str(test))
+        with suppress(subprocess.TimeoutExpired):  # the file hangs: without a mutant none takes half as long
+            result = subprocess.run(command, cwd=self.root, env=environment, timeout=300.0, capture_output=True)
+            return result.returncode in (0, 5)  # 5: all of its tests are slow
         return False
 
-    def answer(self, mutant: Mutant, budget: float) -> str:
+    def try_mutant(self, mutant: Mutant, budget: float) -> str:
         """Say which test file kills a mutant, or how many did not within ``budget`` [s]."""
-        began, tests, file = monotonic(), self.tests_of(mutant.path), self.root / mutant.path
-        before = file.read_text(encoding="utf-8")
+        start, tests, file = monotonic(), self.tests_of(mutant.path), self.root / mutant.path
+        original = file.read_text(encoding="utf-8")
         try:
             for number, test in enumerate(tests):
-                if monotonic() - began > budget:
+                if monotonic() - start > budget:
                     return f"survived the nearest {number} of {len(tests)} files"
-                file.write_text(self.mutated(mutant), encoding="utf-8")
+                file.write_text(self.mutate(mutant), encoding="utf-8")
                 killed = not self.passes(test)
-                file.write_text(before, encoding="utf-8")
+                file.write_text(original, encoding="utf-8")
                 if killed and self.sound.setdefault(test, self.passes(test)):
                     return f"killed by {test.name}"
             return f"survived all {len(tests)} files"
         finally:
-            file.write_text(before, encoding="utf-8")
+            file.write_text(original, encoding="utf-8")
 
-    def mutated(self, mutant: Mutant) -> str:
-        """Give the file of a mutant."""
-        token, other = self.mutants[mutant]
+    def mutate(self, mutant: Mutant) -> str:
+        """Return the text of a file with a mutant."""
+        token, replacement = self.mutants[mutant]
         lines = (self.root / mutant.path).read_text(encoding="utf-8").splitlines(keepends=True)
         line = lines[token.start[0] - 1]
-        lines[token.start[0] - 1] = line[: token.start[1]] + other + line[token.end[1] :]
+        lines[token.start[0] - 1] = line[: token.start[1]] + replacement + line[token.end[1] :]
         return "".join(lines)
 
     def is_program(self, mutant: Mutant) -> bool:
-        """Whether Python can read a mutant: a star before an argument is no product."""
+        """Whether Python can parse a mutant: a star before an argument is no product."""
         try:
-            compile(self.mutated(mutant), mutant.path, "exec")
+            compile(self.mutate(mutant), mutant.path, "exec")
         except SyntaxError:
             return False
         return True
@@ -128,16 +129,17 @@ def mutants(
     """Draw mutants, as many of each kind, and print which tests kill them."""
     commits = [commit, against] if against else [commit]
     with tempfile.TemporaryDirectory() as folder:
-        trees = [Tree(one, Path(folder)) for one in commits]
-        own = [mutant for mutant in trees[0].mutants if mutant.path.startswith(below)]
-        common = [mutant for mutant in own if all(mutant in one.mutants for one in trees)]
+        trees = [Tree(name, Path(folder)) for name in commits]
+        chosen = [mutant for mutant in trees[0].mutants if mutant.path.startswith(below)]
+        common = [mutant for mutant in chosen if all(mutant in tree.mutants for tree in trees)]
         random.Random(seed).shuffle(common)
         turns = {kind: count() for kind in {mutant.kind for mutant in common}}
         common.sort(key=lambda mutant: next(turns[mutant.kind]))  # kinds take turns
         rows = []
         for mutant in islice(filter(trees[0].is_program, common), sample):
-            rows.append((mutant.kind, mutant.path, mutant.line, *(one.answer(mutant, budget) for one in trees)))
+            answers = (tree.try_mutant(mutant, budget) for tree in trees)
+            rows.append((mutant.kind, mutant.path, mutant.line, *answers))
             print(*rows[-1], sep=" | ", file=sys.stderr, flush=True)
     print(table(("kind", "file", "line", *commits), rows))
-    for column, one in enumerate(trees, 3):
-        print(f"{one.root.name}: {sum('killed' in row[column] for row in rows)} of {len(rows)} killed")
+    for column, tree in enumerate(trees, 3):
+        print(f"{tree.root.name}: {sum('killed' in row[column] for row in rows)} of {len(rows)} killed")

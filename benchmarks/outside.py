@@ -30,7 +30,7 @@ from scipy.optimize import least_squares
 from scipy.signal import lfilter, savgol_coeffs
 from threadpoolctl import threadpool_limits
 
-from benchmarks.harness import From, Words, print_frame, section, table
+from benchmarks.harness import StartTime, Words, print_frame, section, table
 from benchmarks.measured import measured_rig
 from benchmarks.rigs import likelihood_of, log_of
 from heli_identifier import results, tracing
@@ -50,13 +50,13 @@ H, LOGS, SECONDS, ROUNDS = 0.01, 4, 90.0, 3
 NAMES = ModelParameters._fields
 
 
-def ours(likelihood: tracing.Likelihood, _start: Array) -> Array:
+def fit_likelihood(likelihood: tracing.Likelihood, _start: Array) -> Array:
     """Fit by the likelihood."""
-    found = tracing.fit(likelihood, [name for name in likelihood.rig.base if name in NAMES]).parameters
-    return np.array([getattr(found, name) for name in NAMES])
+    plant = tracing.fit(likelihood, [name for name in likelihood.rig.base if name in NAMES]).parameters
+    return np.array([getattr(plant, name) for name in NAMES])
 
 
-def shooting(likelihood: tracing.Likelihood, start: Array) -> Array:
+def fit_simulation(likelihood: tracing.Likelihood, start: Array) -> Array:
     """Fit by least squares of simulation errors, derivatives by finite differences of the compiled plant."""
     rig, width = likelihood.rig, np.maximum(np.abs(start), 0.05)
     base: PlantParameters = rig.estimate(likelihood.records)
@@ -69,8 +69,8 @@ def shooting(likelihood: tracing.Likelihood, start: Array) -> Array:
     return least_squares(errors, start / width, method="trf", x_scale="jac").x * width
 
 
-def casadi_shooting(likelihood: tracing.Likelihood, start: Array) -> Array:
-    """Fit the same by CasADi: RK4 as a mapped function, its exact Jacobian for least_squares."""
+def fit_casadi(likelihood: tracing.Likelihood, start: Array) -> Array:
+    """Fit the same by CasADi: RK4 as a mapped function, with its exact Jacobian for least_squares."""
     import casadi as ca
 
     p, x, u = ca.MX.sym("p", len(NAMES)), ca.MX.sym("x", 8), ca.MX.sym("u", 2)
@@ -84,8 +84,8 @@ def casadi_shooting(likelihood: tracing.Likelihood, start: Array) -> Array:
         (u - x[6:]) / lag,
     )  # fmt: skip
     inputs = ca.vertcat(u, p)
-    moved = ca.simpleRK(ca.Function("slope", [x, inputs], [slope]), 1, 4)(x, inputs, H)
-    step, residuals = ca.Function("step", [x, u, p], [moved]).expand(), []
+    next_state = ca.simpleRK(ca.Function("slope", [x, inputs], [slope]), 1, 4)(x, inputs, H)
+    step, residuals = ca.Function("step", [x, u, p], [next_state]).expand(), []
     for record in likelihood.records:
         run = step.mapaccum(record.samples - 1)
         angles = run(record.start[:8], record.inputs[:-1].T, p)[:3, :]
@@ -96,30 +96,30 @@ def casadi_shooting(likelihood: tracing.Likelihood, start: Array) -> Array:
 
 
 CONTENDERS: dict[str, Callable[[tracing.Likelihood, Array], Array]] = {
-    "this project: likelihood, air and offsets": ours,
-    "scipy least_squares on simulation errors": shooting,
-    "CasADi single shooting, exact Jacobian": casadi_shooting,
+    "this project: likelihood, air and offsets": fit_likelihood,
+    "scipy least_squares on simulation errors": fit_simulation,
+    "CasADi single shooting, exact Jacobian": fit_casadi,
 }
 
 
 def fit() -> str:
-    """Measure, and give the section of the page."""
+    """Measure the times, and return the section of the page."""
     generated = draw_rig(np.random.SeedSequence(11), "clean")
     flights = [multisines(SECONDS, np.random.default_rng(number)) for number in range(LOGS)]
     likelihood = likelihood_of([log_of(f"log{k}", 1.0 / H, simulate_log(generated, flight, k))
                                 for k, flight in enumerate(flights)])  # fmt: skip
     first = likelihood.rig.estimate(likelihood.records)
-    start, truth = (np.array([getattr(own, name) for name in NAMES]) for own in (first, generated.base))
+    start, truth = (np.array([getattr(plant, name) for name in NAMES]) for plant in (first, generated.base))
     gains, rows = [NAMES.index(name) for name in ("k_x", "k_z", "k_y")], []
     with threadpool_limits(1):
-        ours(likelihood, start)
+        fit_likelihood(likelihood, start)
         for name, run in CONTENDERS.items():
             times = [process_time()]
             for _ in range(ROUNDS):
-                found = run(likelihood, start)
+                estimate = run(likelihood, start)
                 times.append(process_time())
-            rows.append((name, float(np.median(np.diff(times))), np.abs(found / truth - 1.0)[gains].max()))
-    lines = [(name, to_digits(time), f"{time / rows[0][1]:.1f}", f"{off:.2%}") for name, time, off in rows]
+            rows.append((name, float(np.median(np.diff(times))), np.abs(estimate / truth - 1.0)[gains].max()))
+    lines = [(name, to_digits(time), f"{time / rows[0][1]:.1f}", f"{error:.2%}") for name, time, error in rows]
     samples = sum(record.samples for record in likelihood.records)
     return section(
         "The fit alone",
@@ -134,7 +134,7 @@ Record = tuple[Array, Array]
 """Voltages (N, 2), means over `STEP`, and angles (N, 3)."""
 
 Predictor = Callable[[Record, NDArray[np.intp], int], Array]
-"""Gives the angles (S, 3) so many steps behind the starts (S,) of a record."""
+"""Returns the angles (S, 3) of a record a number of steps after the starts (S,)."""
 
 STEP = 0.05
 """Sampling interval of the baselines [s]: at 100 Hz rounding by the encoders is larger than what moves in a step."""
@@ -145,37 +145,37 @@ HORIZONS = {"ahead_200ms": 4, "prediction_1s": 20}
 
 
 def record_of(log: Log) -> Record:
-    """Take every so many samples of a log, and the mean voltages between them."""
+    """Return the angles of a log every `STEP`, and the mean voltages between them."""
     stride = round(STEP / log.step)
     count = log.samples // stride
     return log.voltages[: count * stride].reshape(count, stride, 2).mean(1), log.angles[::stride][:count]
 
 
-def arx(records: Sequence[Record]) -> Predictor:
+def fit_arx(records: Sequence[Record]) -> Predictor:
     """Fit an ARX model to each axis."""
 
-    def back(at: NDArray[np.intp], n: int) -> NDArray[np.intp]:
+    def lagged(at: NDArray[np.intp], n: int) -> NDArray[np.intp]:
         return at[:, None] - np.arange(1, n + 1)
 
     def regressors(past: Array, v: Array, at: NDArray[np.intp]) -> Array:
-        return np.hstack((past, v[back(at, past.shape[1])].reshape(len(at), -1), np.ones((len(at), 1))))
+        return np.hstack((past, v[lagged(at, past.shape[1])].reshape(len(at), -1), np.ones((len(at), 1))))
 
     at = [np.arange(LAGS[-1], len(y)) for _, y in records]
     fitted = []
     for axis in range(3):
-        target, found = np.concatenate([y[k, axis] for (_, y), k in zip(records, at, strict=True)]), []
+        target, models = np.concatenate([y[k, axis] for (_, y), k in zip(records, at, strict=True)]), []
         for n in LAGS:
-            X = np.vstack([regressors(y[back(k, n), axis], v, k) for (v, y), k in zip(records, at, strict=True)])
+            X = np.vstack([regressors(y[lagged(k, n), axis], v, k) for (v, y), k in zip(records, at, strict=True)])
             b, *_ = np.linalg.lstsq(X, target, rcond=None)
             N = len(target)
-            found.append((N * np.log(np.mean((target - X @ b) ** 2)) + X.shape[1] * np.log(N), n, b))
-        fitted.append(min(found, key=lambda one: one[0])[1:])
+            models.append((N * np.log(np.mean((target - X @ b) ** 2)) + X.shape[1] * np.log(N), n, b))
+        fitted.append(min(models, key=lambda model: model[0])[1:])
 
     def predict(record: Record, at: NDArray[np.intp], steps: int) -> Array:
         v, y = record
         ends = []
         for axis, (n, b) in enumerate(fitted):
-            past = y[back(at + 1, n), axis]  # the newest first
+            past = y[lagged(at + 1, n), axis]  # the newest first
             for k in range(1, steps + 1):
                 past = np.column_stack((regressors(past, v, at + k) @ b, past[:, :-1]))
             ends.append(past[:, 0])
@@ -185,15 +185,15 @@ def arx(records: Sequence[Record]) -> Predictor:
 
 
 def derivatives(y: Array, order: int, centred: bool = True) -> Array:
-    """Give the derivative (N, 3) by local cubics over `SMOOTHING`; not a number where the log ends."""
+    """Return the derivative (N, 3) by local cubics over `SMOOTHING`; NaN at the ends of the log."""
     length = int(SMOOTHING / STEP) | 1
-    found: Array = lfilter(savgol_coeffs(length, 3, order, STEP, None if centred else length - 1), 1.0, y, axis=0)
-    found[: length - 1] = np.nan
-    return np.roll(found, -(length // 2), axis=0) if centred else found
+    filtered: Array = lfilter(savgol_coeffs(length, 3, order, STEP, None if centred else length - 1), 1.0, y, axis=0)
+    filtered[: length - 1] = np.nan
+    return np.roll(filtered, -(length // 2), axis=0) if centred else filtered
 
 
-def sindy(records: Sequence[Record], threshold: float) -> Predictor:
-    """Fit sparse dynamics of pitch, elevation and the three rates; the travel moves nothing."""
+def fit_sindy(records: Sequence[Record], threshold: float) -> Predictor:
+    """Fit sparse dynamics of pitch, elevation and the three rates; the travel has no influence."""
     import pysindy
 
     states, slopes, volts = [], [], []
@@ -206,12 +206,12 @@ def sindy(records: Sequence[Record], threshold: float) -> Predictor:
     library = pysindy.PolynomialLibrary(degree=2) + pysindy.FourierLibrary(n_frequencies=1)
     model = pysindy.SINDy(pysindy.STLSQ(threshold=threshold), library)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of columns that depend on each other
+        warnings.simplefilter("ignore")  # about columns that depend on each other
         model.fit(states, t=STEP, x_dot=slopes, u=volts)
 
     def slope(x: Array, u: Array) -> Array:
-        found = np.asarray(model.predict(np.delete(np.clip(x, -1e3, 1e3), 2, axis=1), u=u))
-        return np.insert(found, 2, x[:, 5], axis=1)
+        predicted = np.asarray(model.predict(np.delete(np.clip(x, -1e3, 1e3), 2, axis=1), u=u))
+        return np.insert(predicted, 2, x[:, 5], axis=1)
 
     def predict(record: Record, at: NDArray[np.intp], steps: int) -> Array:
         v, y = record
@@ -228,41 +228,41 @@ def sindy(records: Sequence[Record], threshold: float) -> Predictor:
 
 
 def starts(record: Record, left_out: Sequence[tuple[float, float]]) -> NDArray[np.intp]:
-    """Give the samples at which predictions start, those of a diagnosis: none whose passage meets what is left out."""
+    """Return the samples at which predictions start, as in a diagnosis: without passages that a fit leaves out."""
     at = np.arange(round(SETTLING / STEP), len(record[1]) - HORIZONS["prediction_1s"], round(SPACING / STEP))
     clear = [not any(t - SETTLING <= end and t + 1.0 >= start for start, end in left_out) for t in STEP * at]
     return at[clear]
 
 
 def errors(predict: Predictor, records: Sequence[Record], at: Sequence[NDArray[np.intp]], steps: int) -> Array:
-    """Root mean squares (3,) [mrad] of the errors so many steps ahead."""
-    found = [record[1][k + steps] - predict(record, k, steps) for record, k in zip(records, at, strict=True)]
-    return np.asarray(1e3 * np.sqrt(np.mean(np.concatenate(found) ** 2, axis=0)))
+    """Return root mean squares (3,) [mrad] of the errors a number of steps ahead."""
+    differences = [record[1][k + steps] - predict(record, k, steps) for record, k in zip(records, at, strict=True)]
+    return np.asarray(1e3 * np.sqrt(np.mean(np.concatenate(differences) ** 2, axis=0)))
 
 
-def judged(rig: str, training: Sequence[Log], held_out: Sequence[Log]) -> pandas.DataFrame:
-    """Give a row for each horizon and axis, the errors in mrad."""
+def judge_models(rig: str, training: Sequence[Log], held_out: Sequence[Log]) -> pandas.DataFrame:
+    """Return a row for each horizon and axis, with errors in mrad."""
     diagnosis = results.diagnose(training, held_out=held_out)
-    fitted, judge = ([record_of(log) for log in logs] for logs in (training, held_out))
-    at = [starts(own, [(e.start, e.end) for e in diagnosis.events if e.log == log.name])
-          for own, log in zip(judge, held_out, strict=True)]  # fmt: skip
-    everywhere = [starts(own, ()) for own in fitted]
-    by_lags, sparse = arx(fitted), [sindy(fitted, threshold) for threshold in THRESHOLDS]
+    training_records, records = ([record_of(log) for log in logs] for logs in (training, held_out))
+    at = [starts(record, [(e.start, e.end) for e in diagnosis.events if e.log == log.name])
+          for record, log in zip(records, held_out, strict=True)]  # fmt: skip
+    training_starts = [starts(record, ()) for record in training_records]
+    arx, sindy = fit_arx(training_records), [fit_sindy(training_records, threshold) for threshold in THRESHOLDS]
     parts = []
     for name, steps in HORIZONS.items():
-        best = min(sparse, key=lambda one: float(np.log(errors(one, fitted, everywhere, steps)).sum()))
+        best = min(sindy, key=lambda x: float(np.log(errors(x, training_records, training_starts, steps)).sum()))
         plants = {word: [1e3 * getattr(getattr(diagnosis.axes[axis], stage), name).value for axis in AXES]
                   for word, stage in (("model before", "before"), ("corrected", "after"))}  # fmt: skip
         parts.append(pandas.DataFrame({
-            "rig": rig, "ahead": f"{steps * STEP:g} s", "axis": AXES, "ARX": errors(by_lags, judge, at, steps),
-            "SINDYc": errors(best, judge, at, steps), **plants,
+            "rig": rig, "ahead": f"{steps * STEP:g} s", "axis": AXES, "ARX": errors(arx, records, at, steps),
+            "SINDYc": errors(best, records, at, steps), **plants,
         }))  # fmt: skip
     return pandas.concat(parts)
 
 
-def outside(rigs: Words, start: From = 6.0, csv: Path | None = None) -> None:
-    """Judge all on the demonstration rigs and on measured ones; write the errors to the file ``csv``."""
+def outside(rigs: Words, start: StartTime = 6.0, csv: Path | None = None) -> None:
+    """Judge all models on the demonstration rigs and on measured ones; write the errors to the file ``csv``."""
     data = {rig: [list(logs) for logs in demo_logs(rig)] for rig in DEMO_RIGS}
     data |= {name: [logs[k::2] for k in (0, 1)] for name, logs in (measured_rig(rig, start) for rig in rigs)}
-    rows = pandas.concat([judged(rig, *logs) for rig, logs in data.items()])
+    rows = pandas.concat([judge_models(rig, *logs) for rig, logs in data.items()])
     print_frame(rows, csv)

@@ -58,15 +58,12 @@ KINDS = {JOINT: (0, 2.0, 400.0, NAMES[4:]), PITCH: (1, 0.5, 200.0, NAMES[:4])}
 
 
 def run(kind: str, theta0_is: str, experiment: int, number: int, fmus: dict[str, Path]) -> pandas.DataFrame:
-    """Run one experiment on built units; a row for every last estimate, with its deviation from Table 2 [%].
-
-    Of the twelve runs each has an Omega(0), a Gamma(0) and a start state, the same on every machine.
-    """
+    """Run one experiment on built units; return a row per final estimate, with its deviation from Table 2 [%]."""
     channel, base, duration, judged = KINDS[kind]
     omega, gain = [*product(OMEGAS, GAINS)][number]
-    scattered = np.random.default_rng(experiment).uniform(-SCATTER, SCATTER, (len(OMEGAS) * len(GAINS), 6))[number]
+    deviations = np.random.default_rng(experiment).uniform(-SCATTER, SCATTER, (len(OMEGAS) * len(GAINS), 6))[number]
     rest = rest_state(TABLE_2, 2.0 * base)
-    moving = [f"{axis}{rate}" for rate in ("", "_rate") for axis in AXES]
+    states = [f"{axis}{rate}" for rate in ("", "_rate") for axis in AXES]
     order: dict[str, Value] = {
         "exciter.excitation.experiment": experiment,
         "exciter.excitation.channel": channel,
@@ -74,7 +71,7 @@ def run(kind: str, theta0_is: str, experiment: int, number: int, fmus: dict[str,
         "plant.encoder.enabled": True,
         "plant.initial.v_front": base,
         "plant.initial.v_rear": base,
-        **{f"plant.initial.{n}": getattr(rest, n) + float(d) for n, d in zip(moving, scattered, strict=True)},
+        **{f"plant.initial.{n}": getattr(rest, n) + float(d) for n, d in zip(states, deviations, strict=True)},
         "identifier.pitch.rest_angle_known": theta0_is == KNOWN,
         "identifier.pitch.rest_angle": TABLE_2.theta0,
         "identifier.adaptation.initial_gain": gain,
@@ -87,24 +84,21 @@ def run(kind: str, theta0_is: str, experiment: int, number: int, fmus: dict[str,
     rows = [(kind, experiment, gain, theta0_is, name, BY_FIELD[name].unit, getattr(TABLE_2, name),
              float(result.column(f"identifier.{name}")[-1])) for name in names]  # fmt: skip
     columns = ["kind", "experiment", "gamma", "theta0_is", "parameter", "unit", "truth", "value"]
-    found = pandas.DataFrame(rows, columns=columns)
-    return found.assign(off=100.0 * (found.value / found.truth - 1.0))
+    estimates = pandas.DataFrame(rows, columns=columns)
+    return estimates.assign(off=100.0 * (estimates.value / estimates.truth - 1.0))
 
 
 def paper(output: Path = Path("paper")) -> None:
-    """Run the experiments, a process a core at a time; write every estimate, print largest deviations [%].
-
-    Of the pitch, experiment by experiment with theta0 known and estimated; of elevation and travel the mean and the
-    worst run of those that forget Omega(0).
-    """
-    with TemporaryDirectory() as built, ThreadPoolExecutor(os.cpu_count() or 1) as pool:
-        fmus = {name: build(unit, Path(built)) for name, unit in OPEN_LOOP.units}
+    """Run the experiments, one process per core at a time; write every estimate, print deviations [%]."""
+    with TemporaryDirectory() as folder, ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        fmus = {name: build(unit, Path(folder)) for name, unit in OPEN_LOOP.units}
         kinds = ((JOINT, FREE), (PITCH, KNOWN), (PITCH, FREE))
         jobs = [pool.submit(run, *kind, experiment, number, fmus)
                 for kind, experiment, number in product(kinds, (1, 2), range(len(OMEGAS) * len(GAINS)))]  # fmt: skip
-        found = pandas.concat([job.result() for job in jobs])
-    write_atomically(output / "estimates.csv", found.to_csv(index=False, float_format="%.6g"))
-    found["size"], is_pitch = found.off.abs(), found.kind == PITCH
-    certain = found[~is_pitch & (found.gamma >= CERTAIN)].groupby("parameter", sort=False)
-    print(found[is_pitch].pivot_table("size", ["experiment", "theta0_is"], "parameter", "max"))
+        estimates = pandas.concat([job.result() for job in jobs])
+    write_atomically(output / "estimates.csv", estimates.to_csv(index=False, float_format="%.6g"))
+    estimates["size"], is_pitch = estimates.off.abs(), estimates.kind == PITCH
+    # of elevation and travel only runs that forget Omega(0)
+    certain = estimates[~is_pitch & (estimates.gamma >= CERTAIN)].groupby("parameter", sort=False)
+    print(estimates[is_pitch].pivot_table("size", ["experiment", "theta0_is"], "parameter", "max"))
     print(certain.agg(**{"deviation of the mean": ("off", "mean"), "worst run": ("size", "max")}))

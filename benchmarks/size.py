@@ -15,9 +15,9 @@ FOLDERS = {
 
 
 def size(files: str) -> tuple[int, int]:
-    """Give lines and files of a folder, or of a pattern."""
-    found = ROOT.glob(files if "*" in files else f"{files}/**/*.py")
-    lines = [len(file.read_bytes().splitlines()) for file in found]
+    """Return the lines and the number of files of a folder, or of a pattern."""
+    paths = ROOT.glob(files if "*" in files else f"{files}/**/*.py")
+    lines = [len(path.read_bytes().splitlines()) for path in paths]
     return sum(lines), len(lines)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import pandas
 from numpy.typing import NDArray
 
-from benchmarks.harness import Bar, Row, apart, bar_table, resident_memory, section, table
+from benchmarks.harness import Bar, Row, bar_table, call_in_process, resident_memory, section, table
 from fmu_src import CLOSED_LOOP
 from fmu_src.master.instance import Instance
 from fmu_src.master.loop import Wired, instantiate_units
@@ -35,14 +35,15 @@ CASES: dict[str, dict[str, Any]] = {
     "prediction errors, lag estimated, forgetting .3 1/s": PREDICTING,
 }  # fmt: skip
 """Settings of the identifier. The adaptation's .1 is the least that follows on a flight with other excitation and
-jumps. A jump of this plant without noise raises the variance by which prediction errors are weighed ten thousandfold:
-new samples outweigh old ones after ln 1e4 time constants of forgetting. Their .3 was found on this flight."""
+jumps. A jump of this plant without noise raises the variance that weighs prediction errors ten thousandfold: new
+samples outweigh old ones after ln 1e4 time constants of forgetting. The .3 of prediction errors was chosen on this
+flight."""
 
 TRUTH = {"k_x": TABLE_2.k_x, "k_z": TABLE_2.k_z, "a_e": TABLE_2.a_e}
 FACTOR, MASS, STIFFNESS = 1.2, 0.15, 4.0
-"""Factor of the gains after a jump, way of the mass [m], and what a metre of it adds to a_e [1/s^2/m]."""
+"""Factor of the gains after a jump, displacement of the mass [m], and its effect on a_e [1/s^2/m]."""
 
-GIVEN: dict[str, dict[str, Any]] = {
+PARAMETERS: dict[str, dict[str, Any]] = {
     "plant": {"encoder.enabled": True, "ado.offset_per_metre": 1.2, "ado.stiffness_per_metre": STIFFNESS},
     "controller": {"reference.elevation": 0.25, "travel.enabled": True},
     "exciter": {
@@ -53,7 +54,7 @@ GIVEN: dict[str, dict[str, Any]] = {
 RECORDED = (*(f"identifier.{name}" for name in TRUTH), "exciter.v_front", "exciter.v_rear")
 
 
-def set_now(unit: Instance, values: dict[str, float]) -> None:
+def set_reals(unit: Instance, values: dict[str, float]) -> None:
     """Set inputs that are not wired, or tunable parameters."""
     unit.slave.setReal([unit.variable(name).valueReference for name in values], list(values.values()))
 
@@ -61,110 +62,110 @@ def set_now(unit: Instance, values: dict[str, float]) -> None:
 def run_day(case: str) -> Row:
     """Fly a day, hour by hour; return the figures.
 
-    Of jumps: the share that is missing after 60 s, and the time from which on a quarter is not [s].
+    Of each jump: the share that is missing after 60 s, and the time after which less than a quarter is missing [s].
     """
-    truth, resident, eigenvalues, jumps, first = {**TRUTH}, [], [], [], 0
+    truth, memory, eigenvalues, jumps, first = {**TRUTH}, [], [], [], 0
     with instantiate_units(CLOSED_LOOP, {}, native=True) as units:
 
-        def wired(excited: bool) -> Wired:
-            """Wire the units with or without the exciter; what is not wired keeps the value that it was given last."""
+        def wire_units(excited: bool) -> Wired:
+            """Wire the units with or without the exciter; inputs that are not wired keep their last value."""
             unwired = {} if excited else {"excitation_front": 0.0, "excitation_rear": 0.0}
-            set_now(units["controller"], unwired)
+            set_reals(units["controller"], unwired)
             wires = tuple(wire for wire in CLOSED_LOOP.connections if wire.target not in unwired)
             return Wired(replace(CLOSED_LOOP, connections=wires), units, STEP, RECORDED)
 
         def fly(minutes: int) -> NDArray[np.float64]:
-            """Take the steps of some minutes; return the estimates behind each."""
+            """Take the steps of some minutes; return the estimates after each step."""
             nonlocal first
-            loop.play(own := record[: minutes * MINUTE], first)
-            first += len(own)
-            return own[:, [loop.names.index(name) for name in RECORDED[: len(TRUTH)]]]
+            loop.play(rows := record[: minutes * MINUTE], first)
+            first += len(rows)
+            return rows[:, [loop.names.index(name) for name in RECORDED[: len(TRUTH)]]]
 
-        loop = wired(True)
+        loop = wire_units(True)
         record = np.empty((26 * MINUTE, len(loop.names)))
-        loop.start({**GIVEN, "identifier": {"adaptation.gain_limit": GAIN_LIMIT, **CASES[case]}}, 1e6)
+        loop.start({**PARAMETERS, "identifier": {"adaptation.gain_limit": GAIN_LIMIT, **CASES[case]}}, 1e6)
         for hour in range(HOURS):
             if hour > 0:
-                loop = wired(True)
+                loop = wire_units(True)
                 loop.fetch(STEP * first)
             fly(10)
             before = {**truth}
             if hour % 2 == 0:
                 truth |= {name: (FACTOR if hour % 4 == 0 else 1.0) * TRUTH[name] for name in ("k_x", "k_z")}
-                set_now(units["plant"], {"pitch.gain": truth["k_x"], "elevation.gain": truth["k_z"]})
+                set_reals(units["plant"], {"pitch.gain": truth["k_x"], "elevation.gain": truth["k_z"]})
             else:
-                place = MASS if hour % 4 == 1 else 0.0
-                set_now(units["plant"], {"mass_position": place})
-                truth["a_e"] = TRUTH["a_e"] + STIFFNESS * place
+                position = MASS if hour % 4 == 1 else 0.0
+                set_reals(units["plant"], {"mass_position": position})
+                truth["a_e"] = TRUTH["a_e"] + STIFFNESS * position
             for name, estimate in zip(TRUTH, fly(4).T, strict=True):
                 if truth[name] != before[name]:
                     missing = np.abs((estimate - truth[name]) / (truth[name] - before[name]))
                     late = np.flatnonzero(missing > 0.25)  # of the jump
                     jumps.append((float(missing[MINUTE]), STEP * float(late[-1] + 1) if len(late) else 0.0))
             fly(26)
-            eigenvalues.append(gamma(units["identifier"]))
-            loop = wired(False)
+            eigenvalues.append(gamma_eigenvalues(units["identifier"]))
+            loop = wire_units(False)
             loop.fetch(STEP * first)
             fly(20)
-            eigenvalues.append(gamma(units["identifier"]))
-            resident.append(resident_memory())
+            eigenvalues.append(gamma_eigenvalues(units["identifier"]))
+            memory.append(resident_memory())
         lost = abs(first - 1 - identifier_state(units["identifier"]).samples)
-    return {"steps": first, "lost": float(lost), "jumps": jumps, "growth": resident[-1] - resident[0],
+    return {"steps": first, "lost": float(lost), "jumps": jumps, "growth": memory[-1] - memory[0],
             "least": float(np.min(eigenvalues)), "largest": float(np.max(eigenvalues))}  # fmt: skip
 
 
-def gamma(identifier: Instance) -> NDArray[np.float64]:
+def gamma_eigenvalues(identifier: Instance) -> NDArray[np.float64]:
     """Return the eigenvalues of the three Gammas."""
-    axes = [axis.estimate for axis in identifier_state(identifier).axes]
-    return np.concatenate([np.linalg.eigvalsh(gain_matrix(own.factor, len(own.omega))) for own in axes])
+    estimates = [axis.estimate for axis in identifier_state(identifier).axes]
+    return np.concatenate([np.linalg.eigvalsh(gain_matrix(x.factor, len(x.omega))) for x in estimates])
 
 
 def identifier_state(unit: Instance) -> IdentifierState:
-    """Return what a native AdaptiveIdentifier remembers; it has taken at least one sample.
+    """Return the memory of a native AdaptiveIdentifier that has taken at least one sample.
 
     Its serialised state holds its variables, then its memory: the fields of the identifier's NamedTuples in their
-    order, a float as a C double, an int as eight bytes, a list behind its length, an optional value behind a flag.
+    order, a float as a C double, an int as eight bytes, a list after its length, an optional value after a flag.
     """
     state = unit.slave.getFMUState()
     data = BytesIO(unit.slave.serializeFMUstate(state))
     unit.slave.freeFMUState(state)
 
-    def take(code: str) -> Any:
+    def read(code: str) -> Any:
         return struct.unpack(f"<{code}", data.read(struct.calcsize(f"<{code}")))[0]
 
-    def value(kind: Any) -> Any:
+    def read_value(kind: Any) -> Any:
         if kind in (float, int, bool):
-            return take({float: "d", int: "q", bool: "?"}[kind])
+            return read({float: "d", int: "q", bool: "?"}[kind])
         parts = get_args(kind)
         if types.NoneType in parts:
-            return value(parts[0]) if take("?") else None
+            return read_value(parts[0]) if read("?") else None
         if parts:
-            return tuple(map(value, parts[:1] * take("q") if parts[-1] is Ellipsis else parts))
-        return kind(*map(value, get_type_hints(kind).values()))
+            return tuple(map(read_value, parts[:1] * read("q") if parts[-1] is Ellipsis else parts))
+        return kind(*map(read_value, get_type_hints(kind).values()))
 
     # token, sum, whether it has Model Exchange, phase, failure, whether initialised, two times
     data.seek(data.getvalue().index(b"\0") + 1 + 8 + 1 + 8 + 8 + 1 + 1 + 8 + 8)
     for variable in unit.description.modelVariables:
         data.seek(8 + 1 + 8, SEEK_CUR)
         if variable.type == "String":
-            data.seek(take("q"), SEEK_CUR)
-    take("?")  # whether it has warned
-    sampled: Sampled | None = value(Sampled | None)
+            data.seek(read("q"), SEEK_CUR)
+    read("?")  # whether it has warned
+    sampled: Sampled | None = read_value(Sampled | None)
     if sampled is None or data.read():
         raise ValueError("the state is not read to its end")
     return sampled.state
 
 
 def soak() -> str:
-    """Fly all cases, each in a process of its own."""
-    days = {case: apart(run_day, case) for case in CASES}
-    every = pandas.DataFrame(days.values())
-    missing, late = np.max(np.concatenate([*every.jumps]), axis=0).tolist()
+    """Fly all cases, each in a separate process."""
+    days = {case: call_in_process(run_day, case) for case in CASES}
+    frame = pandas.DataFrame(days.values())
+    missing, late = np.max(np.concatenate([*frame.jumps]), axis=0).tolist()
     bars = [
-        Bar("least eigenvalue of Gamma", every.least.min(), least=0.0),
-        Bar("largest eigenvalue of Gamma", every.largest.max(), 1.01 * GAIN_LIMIT),
-        Bar("samples lost or taken twice", every.lost.max(), 0.0),
-        Bar("growth of memory, first hour to last", every.growth.max(), 5.0, "MB"),
+        Bar("least eigenvalue of Gamma", frame.least.min(), least=0.0),
+        Bar("largest eigenvalue of Gamma", frame.largest.max(), 1.01 * GAIN_LIMIT),
+        Bar("samples lost or taken twice", frame.lost.max(), 0.0),
+        Bar("growth of memory, first hour to last", frame.growth.max(), 5.0, "MB"),
         Bar("of a jump missing after 60 s, worst", missing, 0.25),
     ]
     rows = [

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.rigs import log_of, struck, windy_log, windy_logs
+from benchmarks.rigs import damage_log, log_of, windy_log, windy_logs
 from heli_identifier.chain import (
     FAULTS,
     event_notes,
@@ -77,7 +77,7 @@ def test_a_jitter_is_measured_and_an_encoder_that_errs_is_not_one():
 
 
 def logs_of(damage: str, count: int = 3) -> list[Log]:
-    return [struck(log_of(f"log {i}", 100.0, log), damage) for i, log in enumerate(CLEAN.train[:count])]
+    return [damage_log(log_of(f"log {i}", 100.0, log), damage) for i, log in enumerate(CLEAN.train[:count])]
 
 
 @pytest.mark.parametrize("damage, said", [
@@ -90,7 +90,7 @@ def test_what_no_plant_can_explain_is_refused_by_name(damage, said):
     logs = logs_of(damage)
     if "folded" in damage:  # this rig stays within half a turn: turn it until it does not
         (log, *_) = logs_of("none")
-        logs = [struck(replace(log, angles=log.angles + [0.0, 0.0, np.pi - log.angles[:, 2].max() + 0.05]), damage)]
+        logs = [damage_log(replace(log, angles=log.angles + [0.0, 0.0, np.pi - log.angles[:, 2].max() + 0.05]), damage)]
     with pytest.raises(LogError, match=said):
         inspect_logs(logs, COUNTS, 5.0)
 
@@ -203,7 +203,7 @@ def test_a_controller_tells_by_how_much_an_angle_is_late_and_which_are_not_and_w
     for damage, channel, samples in (
         ("elevation late by 30 ms", 1, 3), ("pitch late by 20 ms", 0, 2), ("voltages late by a sample", None, 0),
     ):  # fmt: skip
-        used, found, _ = undo_delays([struck(log, damage) for log in logs])
+        used, found, _ = undo_delays([damage_log(log, damage) for log in logs])
         said = [] if channel is None else [("late", ("pitch", "elevation")[channel])]
         assert [(own.name, own.channel) for own in found] == said
         for sound, own in zip(logs, used, strict=True):

@@ -1,4 +1,4 @@
-"""What people do with logs and plants beside a diagnosis: identify, linearise, control, design experiments, many rigs.
+"""Work with logs and plants other than a diagnosis: identify, linearise, control, design experiments, many rigs.
 
 The stub beside this file lists what other rooms may use; each name is loaded when it is first used.
 """

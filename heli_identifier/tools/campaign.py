@@ -1,17 +1,17 @@
-"""Campaigns: every rig of a list diagnosed once on Dask, whatever happens to workers or to the campaign itself.
+"""Campaigns: Dask diagnoses every rig of a list once, even if workers die or the campaign is started again.
 
-A result is called by a digest of everything that it depends on: the rig's name and content, the settings, and the
-source of all code that takes part. A campaign that is started again skips the rigs that have a result of this name;
-rigs that failed are tried again. Only the client writes results, each as it arrives. A worker that dies loses at most
-the rig that it was diagnosing, which Dask gives to another worker.
+The name of a result is a digest of everything that it depends on: the rig's name and content, the settings, and the
+source of the code. A campaign that is started again skips the rigs that have a result of this name, and tries rigs that
+failed again. Only the client writes results, each as it arrives. A worker that dies loses at most the rig that it was
+diagnosing; Dask gives this rig to another worker.
 
 Each worker diagnoses one rig at a time on one core: rigs are independent, so more rigs at once use the cores better
 than more threads per rig. Dask and pyarrow are optional (``pip install 'heli-twin[cluster]'``).
 
-A row holds plain values by key, which travel between processes and stand in a JSON file. The diagnosis never sees the
-truth of a generated rig; rows are judged against it afterwards. An effect is called "name axis" there. One that acts on
-several axes is true on each of them, and named if it is found on any. *Covered*: the 95 % interval of a parameter or
-coefficient holds the true value.
+A row holds plain values by key; it travels between processes and is stored as a JSON file. The diagnosis never sees the
+truth of a generated rig; rows are judged against it afterwards. There an effect is called "name axis". An effect that
+acts on several axes is true on each of them, and counts as named if it is found on any. *Covered* means that the 95 %
+interval of a parameter or coefficient holds the true value.
 """
 
 import json
@@ -31,16 +31,17 @@ from heli_identifier.errors import ConfigurationError, refuse, require_range
 from heli_identifier.files import draft_folder, write_atomically
 from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.results import RigVerdict, Table, document_text, whole_folder
-from heli_identifier.tools.rigs import Source, error_text, source_digest, summary_of
+from heli_identifier.tools.rigs import Source, error_text, source_digest, summarise_diagnosis
 from heli_identifier.tracing import DiagnosisSettings, Progress
 
 try:
     import dask
-    import pyarrow  # noqa: F401, writes the table at the end; where it is missing, that is said before the first rig
+    import pyarrow  # noqa: F401, writes the table at the end; if it is missing, the error comes before the first rig
     from distributed import Client, as_completed
 except ModuleNotFoundError as error:
-    said = f"a campaign needs the package {error.name}; install it with pip install 'heli-twin[cluster]'."
-    raise ConfigurationError(said) from error
+    raise ConfigurationError(
+        f"a campaign needs the package {error.name}; install it with pip install 'heli-twin[cluster]'."
+    ) from error
 
 CONSOLIDATED = "campaign.parquet"
 
@@ -52,11 +53,11 @@ LOCAL = {
     "distributed.nanny.pre-spawn-environ": {
         f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMEXPR", "NUMBA")
     },
-    # One rig at a time: when a worker dies, Dask suspects every rig that it held, and gives up one after four deaths.
+    # One rig at a time: when a worker dies, Dask suspects every rig that it held, and gives up a rig after four deaths.
     "distributed.scheduler.worker-saturation": 1.0,
-    # On a busy machine a worker takes long to come back after its death, and Dask would give its place up for good.
+    # On a busy machine a worker takes long to restart after its death, and Dask would not wait for it.
     "distributed.deploy.lost-worker-timeout": "1 day",
-    # Without a worker a campaign would never end: rigs that wait so long fail, with a row that says so.
+    # Without a worker a campaign would never end: rigs that wait longer than this fail, and their rows say so.
     "distributed.scheduler.no-workers-timeout": "10 minutes",
 }
 """Settings of Dask for workers on this machine."""
@@ -64,10 +65,10 @@ LOCAL = {
 CONNECTING = 60.0  # time limit [s] for a scheduler to answer, and then for its first worker
 
 Row = dict[str, Any]
-"""What :func:`.rigs.summary_of` gives of a diagnosis, or the text of an ``error``, with the key and the truth."""
+"""What :func:`.rigs.summarise_diagnosis` returns, or the text of an ``error``, with the key and the truth."""
 
 KEYS = ("rig", "key", "error", "verdict", "effects", "parameters", "seconds", "truth")
-"""Keys of every row; the value of one that a row lacks is None."""
+"""Keys of every complete row; a missing value is None."""
 
 
 def diagnose_source(source: Source, settings: DiagnosisSettings) -> Row:
@@ -76,14 +77,14 @@ def diagnose_source(source: Source, settings: DiagnosisSettings) -> Row:
     A rig that cannot be read or diagnosed gives a row with the text of its ``error``: one bad rig does not end the
     campaign.
     """
-    began = perf_counter()
+    start = perf_counter()
     row: Row = {"rig": source.rig}
     try:
         rig = source.load()
         row["truth"] = None if rig.truth is None else [{"name": n, "value": v} for n, v in rig.truth.items()]
-        row |= summary_of(source.rig, rig.diagnose(settings))
+        row |= summarise_diagnosis(source.rig, rig.diagnose(settings))
     except Exception as error:
-        row |= {"error": error_text(error), "seconds": perf_counter() - began}
+        row |= {"error": error_text(error), "seconds": perf_counter() - start}
     return row
 
 
@@ -98,13 +99,13 @@ def run_campaign(
 ) -> list[Row]:
     """Diagnose every rig that has no result yet; return one row per source, in their order.
 
-    The ``folder`` holds ``rows/<key>.json``, one row each, and ``campaign.parquet`` of them all; a file appears
-    whole or not at all. ``scheduler`` is the address of a running one, "tcp://host:8786"; without it ``workers``
-    processes are started on this machine, by default one per core. ``work`` is what a worker does with a rig and the
-    settings.
+    The ``folder`` holds ``rows/<key>.json``, one row each, and ``campaign.parquet`` with all rows; each file is written
+    completely or not at all. ``scheduler`` is the address of a running scheduler, "tcp://host:8786"; without it
+    ``workers`` processes are started on this machine, by default one per core. A worker calls ``work`` with a rig and
+    the settings.
 
-    ConfigurationError if two rigs have the same name, no scheduler answers, it has no worker or its workers run another
-    version of this software, or the folder cannot be used.
+    ConfigurationError if two rigs have the same name, no scheduler answers, the scheduler has no worker, its workers
+    run another version of this software, or the folder cannot be used.
     """
     both = workers is not None and scheduler is not None
     refuse(both, f"workers = {workers} is for processes on this machine; {scheduler} has its own.")
@@ -115,31 +116,31 @@ def run_campaign(
     settings, failed = settings or DiagnosisSettings(), 0
     with whole_folder(folder) as draft, ExitStack() as stack:
         code = code_digest() + source_digest((work.__module__,))
-        by_key = {dask.base.tokenize(own.rig, own.content(), settings, code): own for own in sources}
+        by_key = {dask.base.tokenize(source.rig, source.content(), settings, code): source for source in sources}
         files = {key: Path(folder) / "rows" / f"{key}.json" for key in by_key}
-        kept = {key: read_row(file) for key, file in files.items() if file.exists()}
-        known = {key: row for key, row in kept.items() if row["error"] is None}
-        progress(f"{len(known)} of {len(by_key)} rigs done", len(known) / max(len(by_key), 1))
-        if waiting := {key: source for key, source in by_key.items() if key not in known}:
+        earlier = {key: read_row(file) for key, file in files.items() if file.exists()}
+        done = {key: row for key, row in earlier.items() if row["error"] is None}
+        progress(f"{len(done)} of {len(by_key)} rigs done", len(done) / max(len(by_key), 1))
+        if waiting := {key: source for key, source in by_key.items() if key not in done}:
             client = _connect_workers(scheduler, stack) if scheduler is not None else _start_workers(workers, stack)
             for row in _collect_rows(client, waiting, work, settings):
                 write_atomically(files[row["key"]], document_text(row))
-                known[row["key"]] = complete_row(row)
+                done[row["key"]] = complete_row(row)
                 failed += row.get("error") is not None
-                said = f"{len(known)} of {len(by_key)} rigs done" + (f", {failed} failed" if failed else "")
-                progress(said, len(known) / len(by_key))
-        found = [known[key] for key in by_key]
-        write_atomically(draft / CONSOLIDATED, parquet_bytes(found))
-    return found
+                text = f"{len(done)} of {len(by_key)} rigs done" + (f", {failed} failed" if failed else "")
+                progress(text, len(done) / len(by_key))
+        rows = [done[key] for key in by_key]
+        write_atomically(draft / CONSOLIDATED, parquet_bytes(rows))
+    return rows
 
 
 def code_digest() -> str:
-    """Return the digest of the source of every package that a diagnosis runs."""
+    """Return the digest of :data:`CODE` in the process that calls this: a worker has its own list and its own files."""
     return source_digest(CODE)
 
 
 def _start_workers(workers: int | None, stack: ExitStack) -> Client:
-    """Start processes on this machine, which end with the stack. No memory limit: a paused diagnosis frees nothing."""
+    """Start workers on this machine, which end with the stack. No memory limit: a paused diagnosis frees nothing."""
     scratch = stack.enter_context(draft_folder())
     stack.enter_context(dask.config.set({**LOCAL, "temporary-directory": str(scratch)}))
     return stack.enter_context(
@@ -154,7 +155,7 @@ def _start_workers(workers: int | None, stack: ExitStack) -> Client:
 
 
 def _connect_workers(scheduler: str, stack: ExitStack) -> Client:
-    """Connect to a scheduler whose workers run the code of this process: results of other code are not its own."""
+    """Connect to a scheduler whose workers run the same code as this process: other code gives other results."""
     try:
         client = stack.enter_context(Client(scheduler, timeout=CONNECTING))
         client.wait_for_workers(1, timeout=CONNECTING)
@@ -165,8 +166,8 @@ def _connect_workers(scheduler: str, stack: ExitStack) -> Client:
             f"scheduler`, and `dask worker {scheduler} --nthreads 1 --nworkers -1` on every machine."
         ) from error
     advice = "install the same one on every machine."
-    other = any(digest != code_digest() for digest in digests.values())
-    refuse(other, f"workers of {scheduler} run another version of this software; {advice}")
+    differs = any(digest != code_digest() for digest in digests.values())
+    refuse(differs, f"workers of {scheduler} run another version of this software; {advice}")
     return client
 
 
@@ -196,7 +197,7 @@ def complete_row(row: Row) -> Row:
 
 
 def read_row(path: Path) -> Row:
-    """Read a row of a campaign; ConfigurationError if the file is none."""
+    """Read a row of a campaign; ConfigurationError if the file holds no row."""
     try:
         return complete_row(json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
@@ -205,16 +206,17 @@ def read_row(path: Path) -> Row:
 
 def parquet_bytes(rows: Sequence[Row]) -> bytes:
     """Return rows as a Parquet file, a column for every plain value: ``parameters_k_x_value`` of ``parameters``."""
-    known = [{key: value for key, value in row.items() if value is not None} for row in rows]
-    table = pd.json_normalize(known, sep="_")
+    without_none = [{key: value for key, value in row.items() if value is not None} for row in rows]
+    table = pd.json_normalize(without_none, sep="_")
     return table.reindex(columns=[*dict.fromkeys((*KEYS[:4], *table.columns))]).to_parquet()
 
 
 class Judgement(NamedTuple):
-    """What of a row is true: entries "name axis" that were ``found``, strongest evidence first, and those ``false``.
+    """A row compared with the truth; its entries are "name axis".
 
-    ``all_named`` says whether every effect of the rig is named; ``covered`` has every parameter and coefficient of
-    known value.
+    ``found`` holds the entries that were found, strongest evidence first, ``false`` those of them that are false.
+    ``all_named`` says whether every effect of the rig is named; ``covered`` says of every parameter and coefficient of
+    known value whether its interval holds this value.
     """
 
     found: tuple[str, ...]
@@ -225,59 +227,62 @@ class Judgement(NamedTuple):
 
 def judge_row(row: Row) -> Judgement:
     """Judge a row against the truth."""
-    true = {own["name"]: own["value"] for own in row["truth"] or ()}
-    effects = [(f"{own['name']} {own['axis']}", own) for own in row["effects"] or ()]
-    found = tuple(entry for entry, _ in effects)
-    wanted = {entry.partition(" ")[0] for entry in true if entry not in ModelParameters._fields}
+    truth = {item["name"]: item["value"] for item in row["truth"] or ()}
+    coefficients = [(f"{effect['name']} {effect['axis']}", effect["coefficient"]) for effect in row["effects"] or ()]
     covered = {}
-    for name, own in (*(row["parameters"] or {}).items(), *((entry, own["coefficient"]) for entry, own in effects)):
-        if own and own["standard_error"] is not None and (truth := true.get(name)) is not None:
-            low, high = Estimate(**own).interval
-            covered[name] = low <= truth <= high
-    named = {entry.partition(" ")[0] for entry in found if entry in true}
-    return Judgement(found, tuple(entry for entry in found if entry not in true), named == wanted, covered)
+    for name, estimate in (*(row["parameters"] or {}).items(), *coefficients):
+        if estimate and estimate["standard_error"] is not None and (value := truth.get(name)) is not None:
+            low, high = Estimate(**estimate).interval
+            covered[name] = low <= value <= high
+    found = tuple(entry for entry, _ in coefficients)
+    existing = {entry.partition(" ")[0] for entry in truth if entry not in ModelParameters._fields}
+    named = {entry.partition(" ")[0] for entry in found if entry in truth}
+    return Judgement(found, tuple(entry for entry in found if entry not in truth), named == existing, covered)
 
 
 def summarise_rows(rows: Sequence[Row]) -> dict[str, Any]:
-    """Return the figures of rows.
+    """Return the figures of a campaign.
 
-    ``rigs`` that were diagnosed, and by verdict; of those whose truth is ``known``, how many have all effects
-    ``named``, and how many have a ``false`` one. ``effects``: entries "name axis" and the number of rigs on which each
-    was found, most frequent first. ``failures``: rig and error text. ``coverage``: share of ``intervals`` of
-    known true value that hold it. ``seconds``: median, 95 % quantile and largest of the times of one
-    diagnosis [s], or None.
+    ``rigs``: number of diagnosed rigs, ``verdicts``: of these by verdict, ``known``: of these whose truth is known; of
+    the latter ``named`` have all effects named and ``false`` have a false one. ``effects``: entries "name axis" and the
+    number of rigs on which each was found, most frequent first. ``failures``: rig and error text. ``coverage``: share
+    of the ``intervals`` with a known true value that hold it. ``seconds``: median, 95 % quantile and largest time of
+    one diagnosis [s], or None.
     """
-    done = [(row, judge_row(row)) for row in rows if row["error"] is None]
-    known, verdicts = [own for row, own in done if row["truth"] is not None], Counter(row["verdict"] for row, _ in done)
-    held = [hit for own in known for hit in own.covered.values()]
+    diagnosed = [row for row in rows if row["error"] is None]
+    judgements = [judge_row(row) for row in diagnosed]
+    known = [judgement for row, judgement in zip(diagnosed, judgements, strict=True) if row["truth"] is not None]
+    verdicts = Counter(row["verdict"] for row in diagnosed)
+    hits = [hit for judgement in known for hit in judgement.covered.values()]
+    times = [row["seconds"] for row in diagnosed]
     return {
-        "rigs": len(done),
+        "rigs": len(diagnosed),
         "verdicts": {str(verdict): verdicts[verdict] for verdict in RigVerdict},
         "known": len(known),
-        "named": sum(own.all_named for own in known),
-        "false": sum(bool(own.false) for own in known),
-        "effects": Counter(entry for _, own in done for entry in own.found).most_common(),
+        "named": sum(judgement.all_named for judgement in known),
+        "false": sum(bool(judgement.false) for judgement in known),
+        "effects": Counter(entry for judgement in judgements for entry in judgement.found).most_common(),
         "failures": [(row["rig"], row["error"]) for row in rows if row["error"] is not None],
-        "intervals": len(held),
-        "coverage": sum(held) / len(held) if held else None,
-        "seconds": np.quantile([row["seconds"] for row, _ in done], (0.5, 0.95, 1.0)).tolist() if done else None,
+        "intervals": len(hits),
+        "coverage": sum(hits) / len(hits) if hits else None,
+        "seconds": np.quantile(times, (0.5, 0.95, 1.0)).tolist() if times else None,
     }
 
 
 def campaign_tables(summary: dict[str, Any]) -> tuple[list[Table], list[str]]:
-    """Give tables and sentences of a summary: what was found, and how much of it is true where that is known."""
-    counts, said = {"rigs": summary["rigs"], **summary["verdicts"]}, []
+    """Return tables and sentences of a summary: what was found, and how much of it is true where that is known."""
+    counts, sentences = {"rigs": summary["rigs"], **summary["verdicts"]}, []
     tables = [Table("Campaign", [*counts], [[str(count) for count in counts.values()]])]
     if summary["effects"]:
-        found = [(name, str(count)) for name, count in summary["effects"]]
-        tables.append(Table("Effects found", ("effect", "rigs"), found))
+        effects = [(name, str(count)) for name, count in summary["effects"]]
+        tables.append(Table("Effects found", ("effect", "rigs"), effects))
     if known := summary["known"]:
         truths = f"of {known} rigs whose truth is known {summary['named']} have all effects named"
-        said.append(f"{truths}, {summary['false']} have a false one")
+        sentences.append(f"{truths}, {summary['false']} have a false one")
     if summary["coverage"] is not None:
         share = f"{100.0 * summary['coverage']:.1f} %"
-        said.append(f"{share} of {summary['intervals']} intervals of 95 % hold the true value")
+        sentences.append(f"{share} of {summary['intervals']} intervals of 95 % hold the true value")
     if summary["seconds"] is not None:
         times = "one diagnosis on one core: median {:.1f} s, 95 % quantile {:.1f} s, longest {:.1f} s"
-        said.append(times.format(*summary["seconds"]))
-    return tables, [*said, *(f"failed: {rig}: {error}" for rig, error in summary["failures"])]
+        sentences.append(times.format(*summary["seconds"]))
+    return tables, [*sentences, *(f"failed: {rig}: {error}" for rig, error in summary["failures"])]

@@ -1,9 +1,9 @@
 """Controllers for an identified plant.
 
-:func:`design_controller` makes two designs of a kind (:mod:`.synthesis`), judged over all plants that the data allow
-(:mod:`.judging`). The nominal one is what the weights say. The robust one makes the voltages dearer, R times
-:data:`DEARER` to some power, until 95 % of the drawn plants keep the disk margin that is asked for. A PID is retuned
-for :data:`ROBUST` of the plants and stands beside the present one, in :func:`design_pid` with what is to be said of it.
+:func:`design_controller` makes two designs of a kind (:mod:`.synthesis`), judged over plants that the data allow
+(:mod:`.judging`). The nominal design follows the weights. The robust design raises the weight R of the voltages by
+factors of :data:`WEIGHT_FACTOR` until 95 % of the drawn plants keep the required disk margin. A PID is retuned for
+:data:`ROBUST` of the plants and compared with the present one; :func:`design_pid` adds notes on the linear model.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,17 +29,17 @@ from heli_plant.parameters import BY_FIELD, BY_NAME, PlantParameters
 from heli_plant.state_feedback import FeedbackSettings
 
 KINDS = ("lqi", "lqr", "pid")
-OTHERS = ("pitch", "travel")  # angles that are controlled beside the elevation
-DRAWS, TRIED = 1000, 200  # drawn plants over which a design is judged, and those over which a robust one is searched
-FEW, ROBUST = 60, 30  # the same of a retuned PID: the ends of a 95 % interval are then known to a tenth of its width
-DEARER, DEAREST = 1.5, 24  # factor by which the voltages become dearer, and how often at most
+SECOND_ANGLES = ("pitch", "travel")  # angles that may be controlled in addition to the elevation
+DRAWS, SEARCHED = 1000, 200  # drawn plants with which a design is judged, and with which a robust one is searched
+FEW, ROBUST = 60, 30  # the same for a retuned PID: the ends of a 95 % interval are then known to a tenth of its width
+WEIGHT_FACTOR, MOST_FACTORS = 1.5, 24  # factor by which the weight of the voltages is raised, and how often at most
 
 LEAST_LIFT = 0.3
 """Sum of the thrust voltages [V] below which the travel cannot be controlled: a lean has no lateral force."""
 
 
 def _check_usable(parameters: ParameterSet, axes: Sequence[str], *unfit_for: Use) -> None:
-    """Refuse a plant of whose axes the diagnosis says one of these uses, and say what to fly."""
+    """Refuse a plant with one of ``axes`` whose use, by the diagnosis, is one of ``unfit_for``; say what to fly."""
     if unfit := [axis for axis in axes if axis in parameters.axes_for(*unfit_for)]:
         flights = " ".join(f"For the {axis}: {Rig.experiments[GAIN_OF[axis]]}" for axis in unfit)
         raise ConfigurationError(
@@ -48,7 +48,7 @@ def _check_usable(parameters: ParameterSet, axes: Sequence[str], *unfit_for: Use
 
 
 def _wrong_signs(parameters: ParameterSet) -> tuple[str, ...]:
-    """Say which gains have a sign that no rig has."""
+    """Return notes on gains whose sign is that of no rig."""
     return sign_notes({gain: parameters.values[f"{axis}.gain"] for axis, gain in GAIN_OF.items()})
 
 
@@ -62,105 +62,104 @@ def design_controller(
     draws: int = DRAWS,
     progress: Progress = lambda what, share: None,
 ) -> Design:
-    """Design a nominal and a robust controller at an elevation [rad] and, if that is controlled, a pitch [rad].
+    """Design a nominal and a robust controller at an elevation [rad] and, if the pitch is controlled, a pitch [rad].
 
-    ``kind`` is one of :data:`KINDS`, ``other`` the angle that is controlled beside the elevation: travel or pitch.
-    ``aim`` has period, weights, and the margin that is asked for. The designs are judged over ``draws`` plants.
+    ``kind`` is one of :data:`KINDS`, ``other`` the second controlled angle, travel or pitch. ``aim`` has the period,
+    the weights and the required disk margin. The designs are judged over ``draws`` plants.
 
     ConfigurationError if the diagnosis does not call an axis fit for control, there is no equilibrium within the
-    motors' voltages, the design is unstable, or the period too long.
+    motors' voltages, the design is unstable, or the period is too long.
     """
-    aim, travels, axes = aim or ControllerConfiguration(), other == "travel", ("elevation", other)
-    known = kind in KINDS and other in OTHERS
+    aim, with_travel, axes = aim or ControllerConfiguration(), other == "travel", ("elevation", other)
+    known = kind in KINDS and other in SECOND_ANGLES
     refuse(not known, f"{kind} of {other} is not designed; choose of {', '.join(KINDS)}, of pitch or travel.")
     refuse(
-        travels and pitch != 0.0,
+        with_travel and pitch != 0.0,
         f"a pitch of {pitch:g} rad cannot be held while the travel is controlled; leave it out, or control the pitch "
         "in place of the travel.",
     )
-    _check_usable(parameters, (*LOOPS, *(("travel",) if travels else ())), Use.NOTHING, Use.PREDICTION)
-    plants = allowed_plants(parameters, None if travels else pitch, elevation, aim.period, draws, progress)
+    _check_usable(parameters, (*LOOPS, *(("travel",) if with_travel else ())), Use.NOTHING, Use.PREDICTION)
+    plants = allowed_plants(parameters, None if with_travel else pitch, elevation, aim.period, draws, progress)
     model, notes = plants.model, [*_wrong_signs(parameters), *plants.notes]
     refuse(
-        travels and abs(model.point.lift) < LEAST_LIFT,
+        with_travel and abs(model.point.lift) < LEAST_LIFT,
         f"at elevation {elevation:g} rad the rotors hardly lift ({model.point.lift:.2g} V together), so a lean does "
         "not move the travel; choose a higher --elevation.",
     )
     progress("designing", 0.6)
     if kind == "pid":
-        made = _retune_pid(plants, aim.pid, travels, axes, progress)
+        design = _retune_pid(plants, aim.pid, with_travel, axes, progress)
+        checked, remedy = design.robust, ", ".join(_wrong_signs(parameters)) or "take --kind lqi"
     else:
-        nominal, continuous = (design_feedback(model, aim, other, kind == "lqi", 1.0, held) for held in (True, False))
-        robust, reached = _find_robust(plants, nominal, aim, other, kind == "lqi")
+        integral = kind == "lqi"
+        nominal = design_feedback(model, aim, other, integral)
+        continuous = design_feedback(model, aim, other, integral, sampled=False)
+        robust, reached = _find_robust(plants, nominal, aim, other, integral)
         if reached < aim.disk_margin:
-            missed = f"no weight of the voltages reaches a disk margin of {aim.disk_margin:g}"
-            notes.append(f"{missed}; the best has {reached:.2f}")
+            notes.append(
+                f"no weight of the voltages reaches a disk margin of {aim.disk_margin:g}; the best has {reached:.2f}"
+            )
         progress("judging", 0.8)
-        first = judge_controller(plants, nominal, axes)
-        second = first if robust == nominal else judge_controller(plants, robust, axes)
-        made = Design(kind, axes, plants, first, second, robust, (), continuous)
-    checked, remedy = made.baseline, "lower the weights of the angles, or sample faster"
-    if kind == "pid":
-        checked, remedy = made.robust, ", ".join(_wrong_signs(parameters)) or "take --kind lqi"
-    said = "the designed loop is unstable on the identified plant, with its delay and bending"
-    refuse(not checked.is_stable, f"{said}; {remedy}.")
+        judged_nominal = judge_controller(plants, nominal, axes)
+        judged_robust = judged_nominal if robust == nominal else judge_controller(plants, robust, axes)
+        design = Design(kind, axes, plants, judged_nominal, judged_robust, robust, (), continuous)
+        checked, remedy = design.baseline, "lower the weights of the angles, or sample faster"
+    unstable = "the designed loop is unstable on the identified plant, with its delay and bending"
+    refuse(not checked.is_stable, f"{unstable}; {remedy}.")
     for axis in axes:
-        if not isfinite(made.robust.figures[f"{axis}.settling"].promised):
-            why = "; a higher --elevation gives the rotors more lift, so that a lean moves it more"
-            why = why if axis == "travel" else "; --kind lqi takes away what an LQR leaves" if kind == "lqr" else ""
-            notes.append(f"not all of the plants settle on the {axis} within {LONGEST:g} s{why}")
-    return replace(made, notes=(*notes, *made.notes))
+        if not isfinite(design.robust.figures[f"{axis}.settling"].promised):
+            advice = ""
+            if axis == "travel":
+                advice = "; a higher --elevation gives the rotors more lift, so that a lean moves it more"
+            elif kind == "lqr":
+                advice = "; --kind lqi takes away what an LQR leaves"
+            notes.append(f"not all of the plants settle on the {axis} within {LONGEST:g} s{advice}")
+    return replace(design, notes=(*notes, *design.notes))
 
 
 def _retune_pid(
-    plants: Plants, given: PidSettings | None, travels: bool, axes: tuple[str, ...], progress: Progress
+    plants: Plants, given: PidSettings | None, with_travel: bool, axes: tuple[str, ...], progress: Progress
 ) -> Design:
-    """Retune a PID for the estimated plant and some of the drawn ones, and judge it beside the present one.
-
-    That is by default the one of the units. The notes say what of it is not to be flown.
-    """
-    present = (given or PidSettings(voltage_limit=plants.model.plant.v_max))._replace(travel_enabled=travels)
-    new = retune_pid(plants.model, present, plants.drawn[:ROBUST])
+    """Retune the ``given`` PID, or the default one, for plants that the data allow; the notes say what not to fly."""
+    present = (given or PidSettings(voltage_limit=plants.model.plant.v_max))._replace(travel_enabled=with_travel)
+    retuned = retune_pid(plants.model, present, plants.drawn[:ROBUST])
     progress("judging", 0.8)
-    before, after = (judge_controller(plants, pid, axes) for pid in (present, new))
+    before, after = (judge_controller(plants, pid, axes) for pid in (present, retuned))
     peaks = {axis: after.figures[f"{axis}.sensitivity"].value for axis in LOOPS}
     refused = {axis: peak for axis, peak in peaks.items() if peak > 1.05 * PEAK}  # the bound of the search is soft
-    kept = "controller.json keeps the present gains"
+    delivered = "controller.json keeps the present gains"
     others = "`heli design-controller` has other kinds of controllers"
     notes = [
         f"do not fly the retuned {axis} loop: its sensitivity peaks at {peak:.2f}, and at most {PEAK:g} was asked for. "
-        f"{kept} of the {axis}; {others}"
+        f"{delivered} of the {axis}; {others}"
         for axis, peak in refused.items()
     ]
     if not after.is_stable:
-        notes = [f"do not fly the retuned PID: the loop is not stable with it. {kept}; {others}"]
+        notes = [f"do not fly the retuned PID: the loop is not stable with it. {delivered}; {others}"]
     if given is None:
         notes.append("no [controller.pid] of heli.toml is known: the present PID has the default gains of the units")
     if not before.is_stable:
         notes.append("the loop is not stable with the present PID, so its margins and steps mean nothing")
     present_gains: dict[str, Any] = {axis: getattr(present, axis) for axis in refused}
-    return Design("pid", axes, plants, before, after, new._replace(**present_gains), tuple(notes))
+    return Design("pid", axes, plants, before, after, retuned._replace(**present_gains), tuple(notes))
 
 
 def _find_robust(
     plants: Plants, nominal: FeedbackSettings, aim: ControllerConfiguration, other: str, integral: bool
 ) -> tuple[FeedbackSettings, float]:
-    """Return the design with the cheapest voltages of which 95 % of the plants keep the disk margin, or the best.
-
-    With it the disk margin that is kept. Designs that are unstable on the identified plant are passed over.
-    """
+    """Return the first design with which 95 % of the plants keep the disk margin, or else the best, and this margin."""
     best, reached = nominal, 0.0
-    for power in range(DEAREST):
-        trial = design_feedback(plants.model, aim, other, integral, DEARER**power)
-        # the design knows neither the arm's bending nor what of the delay is no whole period
-        loops = (margins.close_loop(one, trial) for one in (plants.model, *plants.drawn[:TRIED]))
-        identified, *drawn = map(margins.is_stable, loops)
-        law = margins.controller_response(trial, aim.period, plants.omega)
-        # the response of a loop that is not stable looks as if it had a margin
-        disks = np.where(drawn, margins.disk_margins(plants.responses[1 : TRIED + 1], law), 0.0)
-        kept = float(np.quantile(disks, 1.0 - CONFIDENCE))
-        if identified and kept > reached:
-            best, reached = trial, kept
+    for power in range(MOST_FACTORS):
+        trial = design_feedback(plants.model, aim, other, integral, WEIGHT_FACTOR**power)
+        # the design does not know the arm's bending and counts the delay in whole periods
+        loops = (margins.close_loop(model, trial) for model in (plants.model, *plants.drawn[:SEARCHED]))
+        is_stable, *drawn_stable = map(margins.is_stable, loops)
+        response = margins.controller_response(trial, aim.period, plants.omega)
+        # the response of an unstable loop looks as if it had a margin
+        disks = np.where(drawn_stable, margins.disk_margins(plants.responses[1 : SEARCHED + 1], response), 0.0)
+        margin = float(np.quantile(disks, 1.0 - CONFIDENCE))
+        if is_stable and margin > reached:
+            best, reached = trial, margin
         if reached >= aim.disk_margin:
             break
     return best, reached
@@ -176,17 +175,17 @@ def design_pid(
 ) -> Design:
     """Linearise a plant at a pitch and elevation [rad], find the margins of the present PID there, and retune it.
 
-    ``aim`` has the PID, by default that of the units, and the period at which it is called.
+    ``aim`` has the PID, by default that of the units, and its period.
 
-    ConfigurationError if there is no equilibrium, of the plant or of any plant that the data allow; the motors have no
-    lag; the diagnosis calls an axis of a loop not usable; or the parameters are those of another unit than the plant.
+    ConfigurationError if the plant has no equilibrium there, or no plant that the data allow has one; if the motors
+    have no lag; if the diagnosis calls an axis of a loop not usable; or if the parameters are not those of a plant.
     """
     _check_usable(parameters, LOOPS, Use.NOTHING)
     aim = aim or ControllerConfiguration()
     plants = allowed_plants(parameters, pitch, elevation, aim.period, draws, progress)
     plant = plants.model.plant
     progress("retuning", 0.6)
-    made = _retune_pid(plants, aim.pid, False, LOOPS, progress)
+    design = _retune_pid(plants, aim.pid, False, LOOPS, progress)
     notes = [
         f"the linear model leaves out {BY_FIELD[field].name}: friction that sticks has no slope at rest"
         for field in NOT_LINEAR
@@ -194,7 +193,7 @@ def design_pid(
     ]
     if plant.input_delay_rotors:
         notes.append(f"an input delay of {plant.input_delay_rotors:.3g} s is in the margins, not in the matrices")
-    return replace(made, notes=(*_wrong_signs(parameters), *notes, *plants.notes, *made.notes))
+    return replace(design, notes=(*_wrong_signs(parameters), *notes, *plants.notes, *design.notes))
 
 
 def control_advice(
@@ -205,23 +204,24 @@ def control_advice(
 ) -> tuple[dict[str, Any], ParameterSet | None]:
     """Judge the PID after a change was adopted in flight, and offer retuned gains if it does not keep its margins.
 
-    They are kept where the upper end of the sensitivity's 95 % interval is at most :data:`PEAK`; the ``sentence`` of
-    the document is then empty, and there are no gains. What the retuned gains reach is in the sentence: no gains may
-    keep the margins. Takes some seconds.
+    The PID keeps its margins if the upper end of the 95 % interval of the sensitivity is at most :data:`PEAK`; the
+    ``sentence`` of the document is then empty, and no gains are offered. The sentence says what the retuned gains
+    reach, because it may be that no gains keep the margins. Takes some seconds.
 
-    ``standard_errors`` are by structured name; parameters that are not in it keep their value. The elevation of the
-    operating point is in [rad], ``aim`` as in :func:`design_pid`. ConfigurationError if there is no equilibrium.
+    ``standard_errors`` are by structured name; all other parameters are taken as exact. The elevation of the operating
+    point is in [rad], ``aim`` is as in :func:`design_pid`. ConfigurationError if there is no equilibrium.
     """
     errors = {BY_NAME[name].field: Estimate(0.0, error or None, "1") for name, error in standard_errors.items()}
-    made = design_pid(ParameterSet(PLANT, plant_values(parameters, errors)), 0.0, elevation, aim)
-    peaks, new = ({axis: own.figures[f"{axis}.sensitivity"] for axis in LOOPS} for own in (made.baseline, made.robust))
-    beyond = {axis: peak for axis, peak in peaks.items() if peak.interval[1] > PEAK}
+    design = design_pid(ParameterSet(PLANT, plant_values(parameters, errors)), 0.0, elevation, aim)
+    peaks = {axis: design.baseline.figures[f"{axis}.sensitivity"] for axis in LOOPS}
+    retuned_peaks = {axis: design.robust.figures[f"{axis}.sensitivity"] for axis in LOOPS}
+    too_high = {axis: peak for axis, peak in peaks.items() if peak.interval[1] > PEAK}
     sentence, offered = "", None
-    if beyond:
-        offered = controller_parameters(made.robust.settings, made.plants.model.point)
+    if too_high:
+        offered = controller_parameters(design.robust.settings, design.plants.model.point)
         before, after = (
-            ", ".join("{} {:.2f} ({:.2f} to {:.2f})".format(axis, own.value, *own.interval) for axis, own in of.items())
-            for of in (beyond, new)
+            ", ".join("{} {:.2f} ({:.2f} to {:.2f})".format(axis, x.value, *x.interval) for axis, x in figures.items())
+            for figures in (too_high, retuned_peaks)
         )
         sentence = (
             f"The PID does not keep its margins with the changed plant: peak of the sensitivity on {before}, stated "

@@ -1,4 +1,4 @@
-"""A design as files: its page, tables and figures, and plant and controller in the names of the course's MATLAB script.
+"""A design as files: its page, tables and figures, and MATLAB files with the names of the course's script.
 
 The page shows steps over the plants that the data allow, the margins of these plants, and the poles.
 
@@ -36,12 +36,12 @@ from heli_identifier.tools.margins import LOOPS
 from heli_plant.geometry import Geometry
 from heli_plant.state_feedback import FeedbackSettings
 
-_SHOWN = 40.0  # largest pole [1/s] that is drawn: faster ones say nothing of the flight
+_SHOWN = 40.0  # largest pole [1/s] that is drawn: faster poles say nothing about the flight
 
 LARGEST_MB = 1.0  # size of a script [MB]
 
 _HOVER = re.compile(r"v_?s_?(0|star|eq|hover)|hover_voltage", re.IGNORECASE)
-"""How scripts call the sum of the voltages at the hover."""
+"""Names that scripts give to the sum of the voltages at the hover."""
 
 _ASSIGNMENT = re.compile(r"(?:^|;)\s*([A-Za-z]\w*)\s*=(?!=)\s*([^;\n]*)", re.MULTILINE)
 _OPERATORS: dict[type, Any] = {
@@ -54,22 +54,22 @@ _FROM_ROTORS = np.array([[1.0, 1.0], [1.0, -1.0]])
 
 
 def design_table(design: Design) -> Table:
-    """Give margins, settling and stable loops of both designs: of the estimated plant, and what the plants keep."""
-    named = {"disk": "disk margin, both rotors"}
+    """Return margins, settling times and stable loops of both designs: of the estimated plant, and what plants keep."""
+    titles = {"disk": "disk margin, both rotors"}
     for loop in LOOPS:
-        named |= {f"{loop}.gain": f"{loop} loop: gain margin", f"{loop}.phase": f"{loop} loop: phase margin [deg]"}
-    named |= {f"{axis}.settling": f"{axis}: settles in [s]" for axis in design.axes}
+        titles |= {f"{loop}.gain": f"{loop} loop: gain margin", f"{loop}.phase": f"{loop} loop: phase margin [deg]"}
+    titles |= {f"{axis}.settling": f"{axis}: settles in [s]" for axis in design.axes}
     rows = []
-    for name, title in named.items():
-        figures = [own.figures[name] for own in design.by_name.values()]
-        rows.append((title, *(_figure_text(x) for own in figures for x in (own.value, own.promised))))
+    for name, title in titles.items():
+        figures = [judged.figures[name] for judged in design.by_name.values()]
+        rows.append((title, *(_figure_text(value) for x in figures for value in (x.value, x.promised))))
         if name.endswith("settling"):
             slowest = title.replace("settles", "slowest plant settles")
-            rows.append((slowest, *(text for own in figures for text in ("", _figure_text(own.worst)))))
-    stable = (text for own in design.by_name.values() for text in ("", _figure_text(100.0 * own.stable)))
-    rows.append(("plants with a stable loop [%]", *stable))
-    kept = f"what {100.0 * CONFIDENCE:.0f} % of {len(design.plants.drawn)} plants keep"
-    title = f"{design.kind.upper()} of {join_words(design.axes)}: {kept}"
+            rows.append((slowest, *(text for x in figures for text in ("", _figure_text(x.worst)))))
+    shares = (text for x in design.by_name.values() for text in ("", _figure_text(100.0 * x.stable_share)))
+    rows.append(("plants with a stable loop [%]", *shares))
+    what = f"what {100.0 * CONFIDENCE:.0f} % of {len(design.plants.drawn)} plants keep"
+    title = f"{design.kind.upper()} of {join_words(design.axes)}: {what}"
     return Table(title, ("figure", *(head for name in design.by_name for head in (name, "kept"))), rows)
 
 
@@ -78,15 +78,15 @@ def _figure_text(value: float) -> str:
 
 
 def margin_table(design: Design) -> Table:
-    """Give the margins of the present and the retuned PID with their intervals over the plants, and their steps."""
+    """Return the margins of the present and the retuned PID with their intervals over the plants, and their steps."""
     rows = []
     for name, judged in design.by_name.items():
         for step in judged.steps:
             gains = ", ".join(to_digits(gain, 4) for gain in getattr(judged.settings, step.axis))
             margins = []
-            for figure_name, digits in (("gain", 2), ("phase", 0), ("sensitivity", 2)):
-                own = judged.figures[f"{step.axis}.{figure_name}"]
-                value, low, high = (f"{x:.{digits}f}" for x in (own.value, *own.interval))
+            for margin_name, digits in (("gain", 2), ("phase", 0), ("sensitivity", 2)):
+                margin = judged.figures[f"{step.axis}.{margin_name}"]
+                value, low, high = (f"{x:.{digits}f}" for x in (margin.value, *margin.interval))
                 margins.append(f"{value} ({low} to {high})".replace("inf", "∞"))
             settled = to_digits(step.settling_time, 2)
             rows.append((step.axis, name, gains, *margins, f"{100.0 * step.overshoot:.0f}", settled))
@@ -95,19 +95,19 @@ def margin_table(design: Design) -> Table:
 
 
 def controller_html(design: Design) -> str:
-    """Give the text of design.html: steps, how many plants have at most a disk margin, poles with the estimated one."""
-    kept = [f"{own.figures['disk'].promised:.2f} with the {name} design" for name, own in design.by_name.items()]
+    """Return the text of design.html: steps, distribution of the disk margin, poles with the estimated plant."""
+    promises = [f"{x.figures['disk'].promised:.2f} with the {name} design" for name, x in design.by_name.items()]
     margins, poles = Axes("plants [%]"), Axes("imaginary part [1/s]")
     for (name, judged), role in zip(design.by_name.items(), ("before", "after"), strict=False):
-        disks, near = np.sort(judged.disks), judged.poles[np.abs(judged.poles) < _SHOWN]
+        disks, slow = np.sort(judged.disks), judged.poles[np.abs(judged.poles) < _SHOWN]
         margins.line(disks, 100.0 * np.arange(1, len(disks) + 1) / len(disks), role, name)
-        poles.points(near.real, near.imag, role, name)
+        poles.points(slow.real, slow.imag, role, name)
     return render(
         "design.html.j2",
         title=f"{design.kind.upper()} of {join_words(design.axes)}",
         provenance=provenance(),
         sentence=f"{100.0 * CONFIDENCE:.0f} % of {len(design.plants.drawn)} plants that the data allow keep a disk "
-        f"margin of {join_words(kept)}.",
+        f"margin of {join_words(promises)}.",
         design=design,
         table=design_table(design),
         steps=step_figure(design),
@@ -117,7 +117,7 @@ def controller_html(design: Design) -> str:
 
 
 def step_figure(design: Design) -> str:
-    """Draw the steps of the controllers, a panel for each axis, over the band of 95 % of the plants of the last one."""
+    """Draw the steps of all controllers, a panel per axis, over the band of 95 % of the plants with the last one."""
     *_, (last, judged) = design.by_name.items()
     panels = []
     for number, step in enumerate(judged.steps):
@@ -125,8 +125,8 @@ def step_figure(design: Design) -> str:
         panel = Axes(f"{step.axis} [rad]")
         panel.band(np.arange(len(low)) * design.plants.model.sampled.dt, low, high, f"95 % of the plants, {last}")
         panel.level(step.size, "muted")
-        for (name, own), role in zip(design.by_name.items(), ("before", "after"), strict=False):
-            panel.line(own.steps[number].time, own.steps[number].angle, role, name)
+        for (name, controller), role in zip(design.by_name.items(), ("before", "after"), strict=False):
+            panel.line(controller.steps[number].time, controller.steps[number].angle, role, name)
         panels.append(panel)
     names = " and ".join(design.by_name)
     return figure(panels, "time since the step of the reference [s]", f"Steps, {names}", 1100.0)
@@ -138,16 +138,16 @@ def step_figure(design: Design) -> str:
 def course_values(script: Path | None) -> dict[str, float]:
     """Read the numbers that a MATLAB script assigns; matrices and calls of other functions are left out.
 
-    Nothing of the script is run: numbers, names assigned above, ``+ - * / ^``, brackets and a few functions are worked
-    out. ConfigurationError if the file cannot be read, or one of the course's masses and lengths is no number.
+    The script is not run. Numbers, names that were assigned before, ``+ - * / ^``, brackets and a few functions are
+    evaluated. ConfigurationError if the file cannot be read, or one of the course's masses and lengths is no number.
     """
     values: dict[str, float] = {}
     advice = "; give the course's init_heli.m"
     data = given_bytes(script, LARGEST_MB, ConfigurationError, advice) if script else b""
     text = re.sub("%.*", "", data.decode("utf-8", errors="replace"))
-    for found in _ASSIGNMENT.finditer(text):
-        name, stated = found[1], found[2].strip()
-        marked = re.sub(r"(\^[\s+-]*)\(", r"\1_(", stated)  # brackets behind ^ are a call, so that the tree keeps them
+    for match in _ASSIGNMENT.finditer(text):
+        name, assigned = match[1], match[2].strip()
+        marked = re.sub(r"(\^[\s+-]*)\(", r"\1_(", assigned)  # brackets after ^ become a call, so the tree shows them
         expression = marked.replace("^", "**").replace(".*", "*").replace("./", "/")
         try:
             value = _evaluate(ast.parse(expression, mode="eval").body, {**values, "pi": math.pi})
@@ -156,14 +156,15 @@ def course_values(script: Path | None) -> dict[str, float]:
             values[name] = value
         except (SyntaxError, ValueError, KeyError, TypeError, ArithmeticError, RecursionError) as error:
             if name in Geometry.__dataclass_fields__:
-                at = f"{script}, line {text.count(chr(10), 0, found.start(1)) + 1}"
-                said = f"{at}: {name} = {stated} is no number; write one, as {name} = 0.5."
-                raise ConfigurationError(said) from error
+                line = text.count("\n", 0, match.start(1)) + 1
+                raise ConfigurationError(
+                    f"{script}, line {line}: {name} = {assigned} is no number; write one, as {name} = 0.5."
+                ) from error
     return values
 
 
 def _evaluate(node: ast.expr, known: Mapping[str, float]) -> float:
-    """Work out an expression; anything but arithmetic raises KeyError or TypeError."""
+    """Evaluate an expression; anything but arithmetic raises KeyError or TypeError."""
     match node:
         case ast.Constant(int() | float() as number):
             return float(number)
@@ -184,44 +185,44 @@ def _evaluate(node: ast.expr, known: Mapping[str, float]) -> float:
 
 
 def corrected_values(parameters: ParameterSet, model: LinearModel, geometry: Geometry) -> dict[str, Estimate]:
-    """Give what the rig says of the course's quantities; those of masses and lengths only where these are stated."""
+    """Return the course's quantities by the rig; force and inertias only if masses and lengths are known."""
 
-    def times(own: Estimate, factor: float) -> Estimate:
-        return Estimate(factor * own.value, own.standard_error and abs(factor) * own.standard_error, "")
+    def times(x: Estimate, factor: float) -> Estimate:
+        return Estimate(factor * x.value, x.standard_error and abs(factor) * x.standard_error, "")
 
     J, lift, l_h, l_p = geometry.inertias, model.point.lift, geometry.l_h, geometry.l_p
     K_1, K_2, travel = (parameters.values[f"{axis}.gain"] for axis in ("pitch", "elevation", "travel"))
-    found = {"K_1": K_1, "K_2": K_2, "K_3": times(travel, lift), "V_s0": Estimate(lift, None, "V")}
+    values = {"K_1": K_1, "K_2": K_2, "K_3": times(travel, lift), "V_s0": Estimate(lift, None, "V")}
     if J is None or l_h is None or l_p is None:
-        return found
+        return values
     K_f = times(K_2, J["J_e"] / l_h)
-    effective = {"J_p": l_p * K_f.value / K_1.value, "J_lambda": l_h * K_f.value / abs(travel.value)}
-    inertias = {name: Estimate(own, None, "kg m^2") for name, own in ({"J_e": J["J_e"]} | effective).items()}
-    return found | {"K_f": K_f} | inertias
+    J_p, J_lambda = l_p * K_f.value / K_1.value, l_h * K_f.value / abs(travel.value)
+    inertias = {"J_e": J["J_e"], "J_p": J_p, "J_lambda": J_lambda}
+    return values | {"K_f": K_f} | {name: Estimate(inertia, None, "kg m^2") for name, inertia in inertias.items()}
 
 
 def corrected_init(
     parameters: ParameterSet, model: LinearModel, values: Mapping[str, float], stated: Geometry, script: str | None
 ) -> str:
-    """Give the text of init_heli_corrected.m for a plant and its linear model at the operating point.
+    """Return the text of init_heli_corrected.m for a plant and its linear model at the operating point.
 
-    ``values`` are those of a ``script``, if there is one (:func:`course_values`), masses, lengths and hover among them;
-    what it does not assign is as ``stated`` by the rig's configuration, and the course's equations say the rest.
+    ``values`` are those of a ``script``, if there is one (:func:`course_values`). Masses, lengths and hover that the
+    script does not assign are as ``stated`` by the rig's configuration; the course's equations give other values.
     """
-    own = {"hover_voltage" if _HOVER.fullmatch(name) else name: value for name, value in values.items()}
-    geometry = replace(stated, **{name: own[name] for name in asdict(stated) if name in own})
+    renamed = {"hover_voltage" if _HOVER.fullmatch(name) else name: value for name, value in values.items()}
+    geometry = replace(stated, **{name: renamed[name] for name in asdict(stated) if name in renamed})
     V_s0, J, l_h, l_p = geometry.hover_voltage, geometry.inertias, geometry.l_h, geometry.l_p
     K_f = values.get("K_f", geometry.force_per_volt)
-    said = {"V_s0": V_s0, "K_f": K_f, **(J or {})}
+    nominal = {"V_s0": V_s0, "K_f": K_f, **(J or {})}
     if J and K_f is not None and l_p is not None and l_h is not None:
-        said |= {"K_1": l_p * K_f / J["J_p"], "K_2": l_h * K_f / J["J_e"]}
-        said["K_3"] = None if V_s0 is None else -l_h * K_f * V_s0 / J["J_lambda"]
+        nominal |= {"K_1": l_p * K_f / J["J_p"], "K_2": l_h * K_f / J["J_e"]}
+        nominal["K_3"] = None if V_s0 is None else -l_h * K_f * V_s0 / J["J_lambda"]
     rig, rows = corrected_values(parameters, model, geometry), []
-    for name, found in rig.items():
-        value = values.get(name, said.get(name)) if name != "V_s0" else V_s0
-        spread = f" +- {to_digits(1.96 * found.standard_error, 2)}" if found.standard_error else ""
-        differs = f"{100.0 * (found.value / value - 1.0):+.0f} %" if value else ""
-        rows.append((name, "" if value is None else to_digits(value), f"{to_digits(found.value)}{spread}", differs))
+    for name, x in rig.items():
+        value = values.get(name, nominal.get(name)) if name != "V_s0" else V_s0
+        half_width = f" +- {to_digits(1.96 * x.standard_error, 2)}" if x.standard_error else ""
+        difference = f"{100.0 * (x.value / value - 1.0):+.0f} %" if value else ""
+        rows.append((name, "" if value is None else to_digits(value), f"{to_digits(x.value)}{half_width}", difference))
     point, system = model.point, linear_system(model.plant, model.point)
     return _script(
         "init_heli_corrected.m.j2",
@@ -238,11 +239,11 @@ def corrected_init(
 
 
 def controller_m(design: Design) -> str:
-    """Give the text of controller.m: the nominal design with the ending ``_nominal``, then the robust one.
+    """Return the text of controller.m: the nominal design, whose names end with ``_nominal``, then the robust design.
 
-    A state feedback is stated for the course's inputs (V_s, V_d), sampled and, of the same weights, continuous.
+    A state feedback has the course's inputs (V_s, V_d); it comes sampled and, with the same weights, continuous.
     """
-    designs = [(own, name, "" if own is design.robust else f"_{name}") for name, own in design.by_name.items()]
+    designs = [(x, name, "" if x is design.robust else f"_{name}") for name, x in design.by_name.items()]
     point = design.plants.model.point
     return _script("controller.m.j2", point, design=design, designs=designs, confidence=CONFIDENCE, matrices=_matrices)
 
@@ -251,13 +252,13 @@ def _script(template: str, point: OperatingPoint, **parts: Any) -> str:
     return render(template, point=point, held=_FROM_ROTORS @ (point.v_front, point.v_rear), states=STATES, **parts)
 
 
-def _matrices(own: FeedbackSettings) -> dict[str, NDArray[np.float64]]:
-    """Matrices of a state feedback by the names of its laws, for the inputs (V_s, V_d)."""
+def _matrices(settings: FeedbackSettings) -> dict[str, NDArray[np.float64]]:
+    """Return the matrices of a state feedback by the symbols of its equations, for the inputs (V_s, V_d)."""
     return {
-        "K": _FROM_ROTORS @ np.array(own.gain),
-        "K_z": _FROM_ROTORS @ np.array(own.integral),
-        "N": _FROM_ROTORS @ np.array(own.reference),
-        "F": np.array(own.transition),
-        "G": np.array(own.drive) @ (0.5 * _FROM_ROTORS),
-        "L": np.array(own.innovation),
+        "K": _FROM_ROTORS @ np.array(settings.gain),
+        "K_z": _FROM_ROTORS @ np.array(settings.integral),
+        "N": _FROM_ROTORS @ np.array(settings.reference),
+        "F": np.array(settings.transition),
+        "G": np.array(settings.drive) @ (0.5 * _FROM_ROTORS),
+        "L": np.array(settings.innovation),
     }

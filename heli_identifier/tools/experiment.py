@@ -1,11 +1,11 @@
-"""The excitation that would show an effect, or separate two, within limits of voltage and angle.
+"""The excitation that would show an effect, or separate two effects, within limits of voltage and angle.
 
-The proposals are multisines of three bands, levels and strengths, and the paper's own signals. Each is rehearsed: the
-plant is simulated from rest with encoders and a first-order Gauss-Markov torque on each axis. On this record the
-signatures of the effects are computed as in a diagnosis: what each would change in the innovations of a filter that
-knows plant and air, with the signatures of the fitted parameters projected out. The length of a signature is the
-inverse standard error of its coefficient. With rho the correlation of two signatures, each standard error grows by
-1 / sqrt(1 - rho^2) if both effects are in question.
+The proposals are multisines with three bands, base voltages and strengths, and the paper's own signals. Each is
+simulated: the plant starts at rest, with encoders and a first-order Gauss-Markov torque on each axis. From this record
+the signatures of the effects are computed as in a diagnosis: the signature of an effect is its change of the
+innovations of a filter that knows plant and air, with the signatures of the fitted parameters projected out. The length
+of a signature is the inverse standard error of its coefficient. If two signatures have the correlation rho and both
+effects are in question, each standard error grows by 1 / sqrt(1 - rho^2).
 """
 
 from collections.abc import Iterator, Sequence
@@ -33,21 +33,20 @@ from heli_plant.state import rest_state
 
 STEP = 0.01  # sampling period [s]
 BANDS = {"slow": (0.03, 0.4), "middle": (0.1, 1.2), "fast": (0.5, 3.0)}
-"""Of the multisines [Hz]; the middle one lies around the crossover of a controller's loops."""
+"""Of the multisines [Hz]; the middle band lies around the crossover of a controller's loops."""
 
-BASES, PAPERS_BASE = (0.0, 0.6, 1.25, 2.5), 1.5
-"""Base voltages of each rotor [V], near zero the rotors reverse; that of the paper's signals."""
-
+BASES = (0.0, 0.6, 1.25, 2.5)  # base voltages of each rotor [V]; near zero the rotors reverse
+PAPERS_BASE = 1.5  # base voltage of the paper's signals [V]
 STRENGTHS = (0.25, 0.6, 1.2)  # root-mean-square values [V] of the signals on the difference and on the sum
-TYPICAL = 2.5  # voltage [V] at which gains are slopes: half of full voltage lifts a balanced arm
+TYPICAL = 2.5  # gains are slopes of the thrust at this voltage [V]: half of full voltage lifts a balanced arm
 AIR, AIR_TIME = 0.003, 1.0  # standard deviation [rad/s^2] and correlation time [s] of the random torque on each axis
 
 
 def air_torque(count: int) -> Array:
     """Draw ``count`` samples of the torque of the air, shape (count, 3), :data:`STEP` apart; the same in every call."""
-    kept = float(np.exp(-STEP / AIR_TIME))
-    white = np.random.default_rng(0).standard_normal((count, 3)) * AIR * np.sqrt(1.0 - kept * kept)
-    return lfilter([1.0], [1.0, -kept], white, axis=0)
+    decay = float(np.exp(-STEP / AIR_TIME))
+    white = np.random.default_rng(0).standard_normal((count, 3)) * AIR * np.sqrt(1.0 - decay * decay)
+    return lfilter([1.0], [1.0, -decay], white, axis=0)
 
 
 def round_to_counts(angles: ArrayLike) -> Array:
@@ -70,16 +69,16 @@ class Limits:
         require_range("elevation limit", self.elevation, "rad", 0.01, 100.0)
 
     def largest_motion(self, angles: Array, hover: float = 0.0) -> tuple[float, float] | None:
-        """Return the largest pitch and departure from the elevation ``hover`` [rad]; None beyond the limits."""
+        """Return the largest pitch and deviation from the elevation ``hover`` [rad]; None beyond the limits."""
         pitch, elevation, travel = np.abs(angles - (0.0, hover, 0.0)).max(axis=0).tolist()
-        kept = pitch <= self.pitch and elevation <= self.elevation and np.isfinite(travel)
-        return (pitch, elevation) if kept else None
+        within = pitch <= self.pitch and elevation <= self.elevation and np.isfinite(travel)
+        return (pitch, elevation) if within else None
 
 
 class Proposal(NamedTuple):
-    """An excitation in words; in closed loop it is added to the controller's voltages, with steps of references [rad].
+    """An excitation with its name, and steps of references [rad] for a closed loop; no excitation means zero voltages.
 
-    Without an excitation the voltages are zero.
+    In closed loop the excitation is added to the controller's voltages.
     """
 
     name: str
@@ -89,16 +88,16 @@ class Proposal(NamedTuple):
 
     def voltages(self, duration: float) -> Array:
         """Return the voltages (N, 2) [V], sampled every :data:`STEP` for a ``duration`` [s]."""
-        count, own = round(duration / STEP), self.excitation
-        return np.array([voltages(k * STEP, own) for k in range(count)]) if own else np.zeros((count, 2))
+        count, signal = round(duration / STEP), self.excitation
+        return np.array([voltages(k * STEP, signal) for k in range(count)]) if signal else np.zeros((count, 2))
 
 
 @dataclass(frozen=True)
 class Sight:
     """What an experiment shows of one effect.
 
-    ``visibility`` is the share of its signature that the fitted parameters cannot imitate; the standard errors are
-    those of its coefficient if only this effect is added to the model, and if both effects are in question.
+    ``visibility`` is the share of its signature that the fitted parameters cannot imitate. The standard errors of its
+    coefficient are for a model with this effect alone, and ``_separated`` for a model with both effects.
     """
 
     name: str
@@ -111,9 +110,9 @@ class Sight:
 
 @dataclass(frozen=True)
 class Outlook:
-    """The expected result of one experiment, as its JSON.
+    """The expected result of one experiment, with the keys of its JSON.
 
-    ``correlation`` is that of the two signatures, of the shapes that show most, 0 for a single effect.
+    ``correlation`` is that of the two signatures, each with the shape that shows most; 0 for a single effect.
     """
 
     experiment: str
@@ -125,27 +124,28 @@ class Outlook:
 
 
 def find_effects(words: Sequence[str]) -> tuple[Effect, ...]:
-    """Return the catalogue's entries for words NAME, or NAME:AXIS where the catalogue has the effect on several axes.
+    """Return the catalogue's effects for words NAME, or NAME:AXIS if the catalogue has the effect on several axes.
 
-    ConfigurationError if a name is unknown (the nearest is proposed), stands for several axes, or twice for one effect.
+    ConfigurationError if a name is unknown (the nearest one is proposed) or is on several axes, or both words are the
+    same effect.
     """
-    found = []
+    effects = []
     for word in words:
         name, _, axis = word.partition(":")
-        of_name = [entry for entry in CATALOGUE if entry.name == name]
-        hint = did_you_mean(name, {entry.name for entry in CATALOGUE}) or "; `heli effects` lists them."
+        of_name = [effect for effect in CATALOGUE if effect.name == name]
+        hint = did_you_mean(name, {effect.name for effect in CATALOGUE}) or "; `heli effects` lists them."
         refuse(not of_name, f"no effect is called {name!r}{hint}")
-        fitting = [entry for entry in of_name if axis in ("", entry.axis)]
-        choices = ", ".join(f"{name}:{entry.axis}" for entry in of_name)
-        refuse(len(fitting) != 1, f"{word!r} is not one entry of the catalogue; choose one of {choices}.")
-        found += fitting
-    same = len(found) == 2 and found[0] == found[1]
+        matches = [effect for effect in of_name if axis in ("", effect.axis)]
+        choices = ", ".join(f"{name}:{effect.axis}" for effect in of_name)
+        refuse(len(matches) != 1, f"{word!r} is not one entry of the catalogue; choose one of {choices}.")
+        effects += matches
+    same = len(effects) == 2 and effects[0] == effects[1]
     refuse(same, f"{' and '.join(words)} are the same effect; two different ones are needed.")
-    return tuple(found)
+    return tuple(effects)
 
 
 def list_proposals(limit: float) -> Iterator[Proposal]:
-    """Yield the excitations whose base is within plus or minus ``limit`` [V]; their voltages are clipped to it."""
+    """Yield the excitations whose base voltage is at most ``limit`` [V]; their voltages are clipped to it."""
     for experiment in (1, 2) if limit >= PAPERS_BASE else ():
         name = f"the paper's experiment {experiment} on both channels, base {PAPERS_BASE:g} V"
         yield Proposal(name, Excitation(PAPERS_BASE, *paper_channels(experiment, "both"), limit))
@@ -166,7 +166,7 @@ def multisines(base: float, rms: tuple[float, float], bands: Sequence[str], limi
 def fly_proposal(
     proposal: Proposal, parameters: PlantParameters, effects: Sequence[Effect], duration: float, limits: Limits
 ) -> Outlook | None:
-    """Simulate one proposal, from the equilibrium under its first voltages; None where it breaks a limit."""
+    """Simulate one proposal from the equilibrium under its first voltages; None if it breaks a limit."""
     signal, fields = proposal.voltages(duration), [effect.field for effect in effects]
     start = np.array(rest_state(parameters, float(signal[0].sum())), dtype=float)
     angles = round_to_counts(run_alone(signal, STEP, start, parameters, air_torque(len(signal))))
@@ -177,46 +177,42 @@ def fly_proposal(
     rig = replace(tracing.helicopter([log]), operating_point=TYPICAL)
     rounding = rig.resolution / np.sqrt(12.0)
     likelihood = tracing.Likelihood.of([log], rig)
-    off = parameters._replace(**dict.fromkeys(fields, 0.0))
-    usual = rig.air(np.zeros((5, len(rig.axes))))[0]
-    air = tracing.coordinates_of(AIR / rounding, np.full_like(usual, 1.0 / AIR_TIME), usual)
-    model = results.Model(rig, off, air, rounding, likelihood.widths)
+    without = parameters._replace(**dict.fromkeys(fields, 0.0))
+    usual_rates = rig.air(np.zeros((5, len(rig.axes))))[0]
+    air = tracing.coordinates_of(AIR / rounding, np.full_like(usual_rates, 1.0 / AIR_TIME), usual_rates)
+    model = results.Model(rig, without, air, rounding, likelihood.widths)
     base = [name for name in rig.base if name not in fields]
-    known = tracing.known_fit(likelihood, base, likelihood.neutral_point(off, model.z), model.scales(STEP))
-    scores = tracing.Scores(known, [effect for effect in rig.effects if effect.field in fields])
-    found = scores.scores((), among=fields)
-    G = scores.signatures([found[field].column for field in fields], ())
+    quadratic = tracing.known_fit(likelihood, base, likelihood.neutral_point(without, model.z), model.scales(STEP))
+    scorer = tracing.Scores(quadratic, [effect for effect in rig.effects if effect.field in fields])
+    scores = scorer.scores((), among=fields)
+    G = scorer.signatures([scores[field].column for field in fields], ())
     rho = abs(float(G[0, 1] / np.sqrt(G[0, 0] * G[1, 1]))) if len(fields) > 1 else 0.0
-    separable, seen = float(np.sqrt(max(1.0 - rho**2, 1e-12))), []
-    for own, score in ((own, found[own.field]) for own in effects):
+    separation, sights = float(np.sqrt(max(1.0 - rho**2, 1e-12))), []
+    for effect in effects:
+        score = scores[effect.field]
         error = score.standard_error if score.visibility > 0.0 else np.inf
-        seen.append(Sight(own.name, own.axis, score.visibility, error, error / separable, own.unit))
-    return Outlook(proposal.name, duration, tuple(seen), rho, *largest)
+        sights.append(Sight(effect.name, effect.axis, score.visibility, error, error / separation, effect.unit))
+    return Outlook(proposal.name, duration, tuple(sights), rho, *largest)
 
 
 def rank_proposals(
     parameters: PlantParameters, effects: Sequence[Effect], duration: float, limits: Limits, progress: tracing.Progress
 ) -> list[Outlook]:
-    """Simulate every proposal for a ``duration`` [s]; give those within the limits, best first.
-
-    One effect is to be shown, or two are to be separated.
-    """
-    every, found = list(list_proposals(limits.voltage)), []
-    for count, proposal in enumerate(every):
-        progress(f"simulating {count + 1} of {len(every)}", count / len(every))
-        if own := fly_proposal(proposal, parameters, effects, duration, limits):
-            found.append(own)
-    return rank_outlooks(found)
+    """Simulate all proposals for one or two effects over a ``duration`` [s]; return those within limits, best first."""
+    proposals, outlooks = list(list_proposals(limits.voltage)), []
+    for count, proposal in enumerate(proposals):
+        progress(f"simulating {count + 1} of {len(proposals)}", count / len(proposals))
+        if outlook := fly_proposal(proposal, parameters, effects, duration, limits):
+            outlooks.append(outlook)
+    return rank_outlooks(outlooks)
 
 
 def rank_outlooks(outlooks: Sequence[Outlook]) -> list[Outlook]:
-    """Sort by the larger of the effects' separated standard errors, each relative to the smallest of any outlook.
-
-    An effect that no outlook shows ranks none of them.
-    """
+    """Sort by the larger of the effects' separated standard errors, each relative to the smallest of any outlook."""
     if not outlooks:
         return []
-    errors = np.array([[seen.standard_error_separated for seen in own.effects] for own in outlooks])
+    # an effect that no outlook shows has no influence
+    errors = np.array([[sight.standard_error_separated for sight in outlook.effects] for outlook in outlooks])
     shown = errors[:, np.isfinite(errors).any(axis=0)]
     order = np.argsort((shown / shown.min(axis=0)).max(axis=1, initial=1.0), kind="stable")
     return [outlooks[i] for i in order]
@@ -224,24 +220,26 @@ def rank_outlooks(outlooks: Sequence[Outlook]) -> list[Outlook]:
 
 def write_voltages(outlook: Outlook, limits: Limits, path: Path) -> None:
     """Write time [s], v_front [V], v_rear [V] of an experiment as a CSV file that a rig can play."""
-    proposal = next(own for own in list_proposals(limits.voltage) if own.name == outlook.experiment)
-    rows = enumerate(proposal.voltages(outlook.duration_s))
-    lines = ["time [s],v_front [V],v_rear [V]", *(f"{k * STEP:.2f},{one:.5f},{two:.5f}" for k, (one, two) in rows)]
+    proposal = next(proposal for proposal in list_proposals(limits.voltage) if proposal.name == outlook.experiment)
+    lines = ["time [s],v_front [V],v_rear [V]"]
+    for k, (front, rear) in enumerate(proposal.voltages(outlook.duration_s)):
+        lines.append(f"{k * STEP:.2f},{front:.5f},{rear:.5f}")
     write_atomically(path, "\n".join(lines) + "\n")
 
 
 def experiment_table(outlooks: Sequence[Outlook]) -> Table:
-    """Give visibility, separated standard error, correlation, largest angles; how they are read stands below."""
-    columns = [head for own in outlooks[0].effects for head in (f"visibility of {own.name}", f"its error [{own.unit}]")]
+    """Return visibilities, separated standard errors, correlation and largest angles, with notes that explain them."""
+    effects = outlooks[0].effects
+    columns = [column for x in effects for column in (f"visibility of {x.name}", f"its error [{x.unit}]")]
     rows = []
-    for one in outlooks:
-        seen = [(f"{100.0 * own.visibility:.0f} %", f"{own.standard_error_separated:.2g}") for own in one.effects]
-        angles = (f"{angle:.2f} rad" for angle in (one.largest_pitch_rad, one.largest_elevation_rad))
-        rows.append((one.experiment, *chain(*seen), f"{one.correlation:.2f}", *angles))
+    for outlook in outlooks:
+        sights = [(f"{100.0 * x.visibility:.0f} %", f"{x.standard_error_separated:.2g}") for x in outlook.effects]
+        angles = (f"{angle:.2f} rad" for angle in (outlook.largest_pitch_rad, outlook.largest_elevation_rad))
+        rows.append((outlook.experiment, *chain(*sights), f"{outlook.correlation:.2f}", *angles))
     heads = ("experiment", *columns, "correlation", "pitch to", "elevation to")
-    said = [
+    notes = [
         "error: standard error of the coefficient that the experiment would leave; the table is sorted by it",
         "visibility: share of an effect's signature that no change of the fitted parameters could imitate",
         "correlation: of the two signatures; near ±1 the logs cannot tell the effects apart",
-    ][: len(outlooks[0].effects) + 1]
-    return Table("Experiments, best first", heads, rows, said)
+    ][: len(effects) + 1]
+    return Table("Experiments, best first", heads, rows, notes)

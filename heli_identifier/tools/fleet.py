@@ -1,17 +1,18 @@
-"""All coefficients of the catalogue and all parameters of the model over the rigs of a fleet, and what they say.
+"""Which effects repeat over the rigs of a fleet: all coefficients of the catalogue, and all parameters of the model.
 
-The estimates of an effect are those of the catalogue's verdicts, whether the rig's diagnosis named the effect or not,
-so that a weak effect shows if it repeats. A rig is left out of the mean of an effect
+The estimates of an effect come from the catalogue's verdicts, whether the rig's diagnosis named the effect or not, so
+that a weak effect shows if it repeats. The mean of an effect leaves out a rig
 
-* where the effect is not testable, since an estimate that the logs do not determine says nothing of the rig;
-* where it is an alternative of an effect that was named, or one of the same mechanism was named on the same axis (a
-  delay where a lag is named): its estimate is then what that one leaves of it.
+* where the effect is not testable: an estimate that the logs do not determine says nothing about the rig;
+* where the effect is an alternative of a named effect, or an effect of the same mechanism was named on the same axis (a
+  delay where a lag is named): the named effect then explains what this effect would.
 
-That no rig has an effect is refuted at a false discovery rate of .5 % over all effects of the catalogue (Benjamini and
-Hochberg 1995), the level at which a diagnosis accuses a clean rig. It is so low since the scores of entries that were
-not found scatter by 1.2 standard errors on a clean rig, of whose shapes the likeliest speaks. Only such an effect
-*repeats*, and only if two rigs name it, or if the interval of its mean excludes zero and the mean lies in the
-catalogue's plausible range: no loss of thrust is negative. Where the rigs' coefficients are not alike it *differs*.
+The hypothesis that no rig has an effect is refuted at a false discovery rate of .5 % over all effects of the catalogue
+(Benjamini and Hochberg 1995), the rate at which a diagnosis names an effect on a clean rig. The rate is so low because
+the scores of effects that were not found scatter by 1.2 standard errors on a clean rig: each effect is scored with its
+likeliest shape. Only such an effect *repeats*, and only if two rigs name it, or if the interval of its mean excludes
+zero and the mean lies in the catalogue's plausible range: a loss of thrust is never negative. Where the rigs'
+coefficients are not alike, the effect *differs*.
 """
 
 from collections import defaultdict
@@ -30,7 +31,7 @@ from heli_identifier.provenance import provenance
 from heli_identifier.records import shared_flight
 from heli_identifier.results import Diagnosis, effect_name, to_plain
 from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pool_estimates
-from heli_identifier.tools.rigs import Rig, error_text, summary_of
+from heli_identifier.tools.rigs import Rig, error_text, summarise_diagnosis
 from heli_identifier.tracing import CatalogueVerdict, Progress, Verdict
 from heli_plant.effects import effect
 
@@ -41,7 +42,7 @@ SCHEMA = "heli-fleet/1"
 
 
 class Finding(StrEnum):
-    """What a fleet says of one effect."""
+    """What a fleet says about one effect."""
 
     REPEATS = "repeats"
     DIFFERS = "differs between rigs"
@@ -54,9 +55,10 @@ class Finding(StrEnum):
 
 @dataclass(frozen=True)
 class RigEstimate:
-    """The coefficient of one rig: the verdict on it, why the mean leaves it out, whether the rig's diagnosis named it.
+    """The coefficient of one rig, with its ``verdict``.
 
-    Texts are empty where there is nothing to say.
+    ``left_out`` says why the mean leaves the rig out and is empty if it does not; ``named`` whether the rig's diagnosis
+    named the effect. A parameter has no verdict.
     """
 
     rig: str
@@ -73,9 +75,9 @@ class RigEstimate:
 class Coefficient:
     """One coefficient over all rigs: of an effect of the catalogue, or a parameter by the paper's symbol.
 
-    ``named`` are the rigs whose diagnosis named the effect, ``alternatives`` what explains the logs of one of them as
-    well, ``alike`` says whether the rigs may have one value. A parameter has no axis and no finding. There is no mean
-    where fewer than two rigs determine the coefficient.
+    ``named`` are the rigs whose diagnosis named the effect, ``alternatives`` the effects that explain the logs of one
+    of them equally well; ``alike`` says whether the rigs may have one value. A parameter has no axis and no finding.
+    ``pooled`` is None where fewer than two rigs determine the coefficient.
     """
 
     name: str
@@ -90,16 +92,16 @@ class Coefficient:
 
     @property
     def counted(self) -> list[RigEstimate]:
-        """Rigs that the mean is made of."""
-        return [own for own in self.rigs if not own.left_out]
+        """Rigs that the mean counts."""
+        return [estimate for estimate in self.rigs if not estimate.left_out]
 
 
 @dataclass(frozen=True, eq=False)
 class Fleet:
-    """What several diagnoses say together, by rig; ``failures`` say why a rig has none.
+    """What several diagnoses say together, by rig; ``failures`` say why a rig has no diagnosis.
 
-    ``effects`` are all entries of the catalogue in the order of :class:`Finding`, those that most rigs name first;
-    ``parameters`` those of the corrected models.
+    ``effects`` are all entries of the catalogue in the order of :class:`Finding`, then by the number of rigs that name
+    them; ``parameters`` are those of the corrected models.
     """
 
     diagnoses: Mapping[str, Diagnosis]
@@ -109,14 +111,14 @@ class Fleet:
 
     def effects_with(self, finding: str) -> tuple[Coefficient, ...]:
         """Effects with this finding."""
-        return tuple(own for own in self.effects if own.finding == finding)
+        return tuple(effect for effect in self.effects if effect.finding == finding)
 
     def document(self) -> dict[str, Any]:
         """Give the content of fleet.json."""
         return to_plain(
             {
                 "schema": SCHEMA,
-                "rigs": [summary_of(rig, found) for rig, found in self.diagnoses.items()],
+                "rigs": [summarise_diagnosis(rig, diagnosis) for rig, diagnosis in self.diagnoses.items()],
                 "failures": [{"rig": rig, "error": error} for rig, error in self.failures.items()],
                 "effects": self.effects,
                 "parameters": self.parameters,
@@ -134,88 +136,96 @@ class Fleet:
 def diagnose_rigs(
     rigs: Mapping[str, Rig], failures: Mapping[str, str] | None = None, progress: Progress = lambda what, share: None
 ) -> Fleet:
-    """Diagnose rigs one after the other; a rig whose logs cannot be diagnosed is lost alone, as are ``failures``.
+    """Diagnose rigs one after the other; a rig that fails does not stop the others.
 
-    Rigs that share a flight are not diagnosed: one of them has a log of the other, and nobody knows which.
-    IdentifierError if fewer than two rigs could be diagnosed; it says what is wrong with the others.
+    ``failures`` are errors of other rigs, known before. Rigs that share a flight are not diagnosed: one of them has a
+    log of the other, and nobody knows which. IdentifierError if fewer than two rigs could be diagnosed; it says what is
+    wrong with the others.
     """
     diagnoses: dict[str, Diagnosis] = {}
-    lost = dict(failures or {}) | _find_shared_flights(rigs)
+    errors = dict(failures or {}) | _find_shared_flights(rigs)
     for number, (name, rig) in enumerate(rigs.items() if len(rigs) > 1 else ()):
 
-        def within(what: str, share: float, name: str = name, number: int = number) -> None:
+        def rig_progress(what: str, share: float, name: str = name, number: int = number) -> None:
             progress(f"{name}: {what}", (number + share) / len(rigs))
 
-        if name not in lost:
+        if name not in errors:
             try:
-                diagnoses[name] = rig.diagnose(progress=within)
+                diagnoses[name] = rig.diagnose(progress=rig_progress)
             except Exception as error:
-                lost[name] = error_text(error)
+                errors[name] = error_text(error)
     if len(diagnoses) < 2:
-        raise IdentifierError("; ".join(f"rig {name}: {error}" for name, error in lost.items()))
-    return combine_rigs(diagnoses, lost)
+        raise IdentifierError("; ".join(f"rig {name}: {error}" for name, error in errors.items()))
+    return combine_rigs(diagnoses, errors)
 
 
 def _find_shared_flights(rigs: Mapping[str, Rig]) -> dict[str, str]:
-    """Rigs that share a flight with another one, and which."""
-    found = dict[str, str]()
-    for (name, rig), (other, beside) in combinations(rigs.items(), 2):
-        logs = product((*rig.training, *rig.held_out), (*beside.training, *beside.held_out))
-        if (pair := next((pair for pair in logs if shared_flight(*pair)), None)) is not None:
-            mine, theirs = (log.path or log.name for log in pair)
-            for own, of in ((name, other), (other, name)):
-                found[own] = (
-                    f"it shares a flight with rig {of}: {mine} and {theirs} are one; give the log to the rig that flew"
-                )
-    return found
+    """Return an error for every rig that shares a flight with another one."""
+    errors = dict[str, str]()
+    for (name_a, rig_a), (name_b, rig_b) in combinations(rigs.items(), 2):
+        pairs = product((*rig_a.training, *rig_a.held_out), (*rig_b.training, *rig_b.held_out))
+        if (pair := next((pair for pair in pairs if shared_flight(*pair)), None)) is not None:
+            log_a, log_b = (log.path or log.name for log in pair)
+            same = f"{log_a} and {log_b} are one; give the log to the rig that flew"
+            errors[name_a] = f"it shares a flight with rig {name_b}: {same}"
+            errors[name_b] = f"it shares a flight with rig {name_a}: {same}"
+    return errors
 
 
 def combine_rigs(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str] | None = None) -> Fleet:
-    """Set the diagnoses of two rigs or more beside each other; ``failures`` say why other rigs have none."""
+    """Combine the diagnoses of two rigs or more; ``failures`` say why other rigs have none."""
     estimates: dict[tuple[str, str], list[RigEstimate]] = defaultdict(list)
-    for rig, found in diagnoses.items():
-        rows = [((e.name, e.axis), e.estimate, (str(e.verdict), *_reason_left_out(found, e))) for e in found.catalogue]
-        for name, own in found.parameters_after.items():
-            rows.append(((name, ""), own, ("", "" if _is_determined(own) else "given", False)))
-        for key, own, said in rows:
-            estimates[key].append(RigEstimate(rig, own.value, own.standard_error, own.unit, own.interval, *said))
+    for rig, diagnosis in diagnoses.items():
+        for entry in diagnosis.catalogue:
+            status = (str(entry.verdict), *_reason_left_out(diagnosis, entry))
+            estimates[entry.name, entry.axis].append(_rig_estimate(rig, entry.estimate, *status))
+        for name, value in diagnosis.parameters_after.items():
+            left_out = "" if _is_determined(value) else "given"
+            estimates[name, ""].append(_rig_estimate(rig, value, "", left_out, False))
     means = dict[tuple[str, str], Pooled | None]()
-    for key, rigs in estimates.items():
-        pairs = [(own.value, own.standard_error or 0.0) for own in rigs if not own.left_out]
+    for key, of_rigs in estimates.items():
+        pairs = [(estimate.value, estimate.standard_error or 0.0) for estimate in of_rigs if not estimate.left_out]
         means[key] = pool_estimates(*zip(*pairs, strict=True)) if len(pairs) > 1 else None
-    shown = [effect for found in diagnoses.values() for effect in found.effects]
+    shown = [effect for diagnosis in diagnoses.values() for effect in diagnosis.effects]
     # Benjamini and Hochberg: p of every effect after correction over the catalogue
     tested = {key: mean.none_p for key, mean in means.items() if mean and key[1]}
     corrected = false_discovery_control([*tested.values()]) if tested else ()
     refuted = {key for key, p in zip(tested, corrected, strict=True) if p <= FALSE_DISCOVERY_RATE}
-    found_of = list[Coefficient]()
-    for (name, axis), rigs in estimates.items():
-        mean, named_by = means[name, axis], tuple(own.rig for own in rigs if own.named)
-        finding = _classify_effect(name, axis, rigs, mean, (name, axis) in refuted) if axis else None
+    coefficients = list[Coefficient]()
+    for (name, axis), of_rigs in estimates.items():
+        mean, named = means[name, axis], tuple(estimate.rig for estimate in of_rigs if estimate.named)
+        finding = _classify_effect(name, axis, of_rigs, mean, (name, axis) in refuted) if axis else None
         others = tuple(dict.fromkeys(o for e in shown if (e.name, e.axis) == (name, axis) for o in e.alternatives))
         alike = mean.alike if mean else None
-        found_of.append(Coefficient(name, axis, finding, named_by, others, rigs[0].unit, alike, mean, tuple(rigs)))
+        coefficients.append(
+            Coefficient(name, axis, finding, named, others, of_rigs[0].unit, alike, mean, tuple(of_rigs))
+        )
     order = [*Finding]
     effects = sorted(
-        (own for own in found_of if own.finding),
-        key=lambda e: (order.index(e.finding or order[-1]), -len(e.named), e.pooled.p if e.pooled else 1.0),
+        (c for c in coefficients if c.finding),
+        key=lambda c: (order.index(c.finding or order[-1]), -len(c.named), c.pooled.p if c.pooled else 1.0),
     )
-    parameters = tuple(own for own in found_of if not own.finding and own.pooled)
+    parameters = tuple(c for c in coefficients if not c.finding and c.pooled)
     return Fleet(dict(diagnoses), tuple(effects), parameters, dict(failures or {}))
 
 
+def _rig_estimate(rig: str, x: Estimate, verdict: str, left_out: str, named: bool) -> RigEstimate:
+    return RigEstimate(rig, x.value, x.standard_error, x.unit, x.interval, verdict, left_out, named)
+
+
 def _reason_left_out(diagnosis: Diagnosis, entry: CatalogueVerdict) -> tuple[str, bool]:
-    """Why the mean leaves out an entry of the catalogue on one rig, and whether the rig's diagnosis names it."""
+    """Return why the mean leaves out an effect of one rig, empty if it does not, and whether the rig names it."""
     key, law = (entry.name, entry.axis), effect(entry.name, entry.axis)
-    named = [own for own in diagnosis.effects if own.coefficient is not None]
-    is_named = key in {(own.name, own.axis) for own in named}
+    named = [shown for shown in diagnosis.effects if shown.coefficient is not None]
+    is_named = key in {(shown.name, shown.axis) for shown in named}
     if entry.verdict == Verdict.NOT_TESTABLE or not _is_determined(entry.estimate):
         return f"not testable: {entry.why}", is_named
-    if law.certain and key in {(own.name, own.axis) for own in diagnosis.possible if own.in_plant}:
+    if law.certain and key in {(possible.name, possible.axis) for possible in diagnosis.possible if possible.in_plant}:
         return "not testable: its value is near what mechanics expects of every rig, by that alone", is_named
-    for own in () if is_named else named:
-        if key in own.alternatives or (own.axis == entry.axis and effect(own.name, own.axis).family == law.family):
-            return f"{effect_name(own.name, own.axis)} is named in its place", False
+    for shown in () if is_named else named:
+        same_mechanism = shown.axis == entry.axis and effect(shown.name, shown.axis).family == law.family
+        if key in shown.alternatives or same_mechanism:
+            return f"{effect_name(shown.name, shown.axis)} is named in its place", False
     return "", is_named
 
 
@@ -224,12 +234,12 @@ def _is_determined(estimate: Estimate) -> bool:
 
 
 def _classify_effect(name: str, axis: str, rigs: list[RigEstimate], mean: Pooled | None, is_refuted: bool) -> Finding:
-    """Find out of an effect, once it is known whether it is refuted that no rig has it."""
-    entry, named = effect(name, axis), sum(own.named for own in rigs)
+    """Return the finding on an effect; ``is_refuted``: the hypothesis that no rig has the effect is refuted."""
+    entry, named = effect(name, axis), sum(estimate.named for estimate in rigs)
     if mean is not None and (named >= 2 or (is_refuted and mean.has_sign and entry.lower <= mean.mean <= entry.upper)):
         if not mean.alike:
             return Finding.DIFFERS
         return Finding.REPEATS if is_refuted else Finding.UNCONFIRMED
     if named:
         return Finding.OWN if mean else Finding.OPEN
-    return Finding.NOT_TESTABLE if all(own.left_out for own in rigs) else Finding.NOT_SHOWN
+    return Finding.NOT_TESTABLE if all(estimate.left_out for estimate in rigs) else Finding.NOT_SHOWN

@@ -9,11 +9,11 @@ from heli_identifier.results import Axes, Table, effect_name, figure, join_words
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 
 FIGURES = ("mean", "unit", "spread", "I²")
-FARTHEST = 2.0  # widths of the part that holds all values, beyond which an interval is cut off at the edge
+FARTHEST = 2.0  # intervals are cut off at this distance from the middle, in half widths of the range of all values
 
 
 def fleet_html(fleet: Fleet) -> str:
-    """Give the text of fleet.html."""
+    """Return the text of fleet.html."""
     return render(
         "fleet.html.j2",
         title=f"Fleet of {len(fleet.diagnoses)} rigs",
@@ -31,74 +31,77 @@ def fleet_html(fleet: Fleet) -> str:
 
 
 def fleet_sentence(fleet: Fleet) -> str:
-    """Say what repeats over the rigs in one sentence, of effects that a rig names and whose mean has a sign."""
+    """Say in one sentence what repeats over the rigs, of the effects that a rig names and whose mean has a sign."""
     parts = []
     for finding, one, more in (
         (Finding.REPEATS, "repeats with a like coefficient", "repeat with like coefficients"),
         (Finding.DIFFERS, "differs from rig to rig", "differ from rig to rig"),
     ):
-        certain = (own for own in fleet.effects_with(finding) if own.named and own.pooled and own.pooled.has_sign)
-        if names := [title(own) for own in certain]:
+        certain = (e for e in fleet.effects_with(finding) if e.named and e.pooled and e.pooled.has_sign)
+        if names := [title(effect) for effect in certain]:
             parts.append(f"{join_words(names)} {one if len(names) == 1 else more}")
     return f"Over {len(fleet.diagnoses)} rigs {'; '.join(parts) or 'no effect repeats'}."
 
 
 def effect_table(effects: Sequence[Coefficient]) -> Table:
-    """Give a row per effect."""
-    rows = [(title(own), str(own.finding), str(len(own.named)), *_figures(own)) for own in effects]
+    """Return a table with a row per effect."""
+    rows = [(title(effect), str(effect.finding), str(len(effect.named)), *_figures(effect)) for effect in effects]
     return Table("Effects over the rigs", ("effect", "finding", "named by", "tested on", *FIGURES), rows)
 
 
 def parameter_table(parameters: Sequence[Coefficient]) -> Table:
-    """Give a row per parameter."""
-    rows = [(own.name, title(own), *_figures(own)) for own in parameters]
+    """Return a table with a row per parameter."""
+    rows = [(parameter.name, title(parameter), *_figures(parameter)) for parameter in parameters]
     return Table("Parameters over the rigs", ("parameter", "meaning", "rigs", *FIGURES), rows)
 
 
 def fleet_tables(fleet: Fleet) -> list[Table]:
-    """Give the tables of a terminal: effects that were found, if any, and parameters."""
+    """Return the tables for a terminal: effects that were found, if any, and parameters."""
     shown = [effect for effect in fleet.effects if effect.finding not in (Finding.NOT_SHOWN, Finding.NOT_TESTABLE)]
     return [*([effect_table(shown)] if shown else []), parameter_table(fleet.parameters)]
 
 
-def _figures(own: Coefficient) -> tuple[str, ...]:
-    spread = (to_digits(own.pooled.spread, 2), f"{100.0 * own.pooled.I2:.0f} %") if own.pooled else ("", "")
-    return (str(len(own.counted)), mean_text(own), unit_text(own.unit), *spread)
+def _figures(coefficient: Coefficient) -> tuple[str, ...]:
+    mean = coefficient.pooled
+    spread = (to_digits(mean.spread, 2), f"{100.0 * mean.I2:.0f} %") if mean else ("", "")
+    return (str(len(coefficient.counted)), mean_text(coefficient), unit_text(coefficient.unit), *spread)
 
 
 def mean_text(coefficient: Coefficient) -> str:
-    """Give the mean of the make with its 95 % interval; nothing where there is none."""
+    """Return the mean of the make with its 95 % interval; an empty text where there is no mean."""
     mean = coefficient.pooled
     return f"{to_digits(mean.mean)} ({' to '.join(to_digits(end) for end in mean.interval)})" if mean else ""
 
 
 def title(coefficient: Coefficient) -> str:
-    """Give a coefficient as words, an effect with the first that explains the logs as well."""
+    """Return a coefficient in words; an effect comes with its first alternative."""
     if not coefficient.finding:
         return meaning(coefficient.name)
-    both = ((coefficient.name, coefficient.axis), *coefficient.alternatives[:1])
-    return " or ".join(effect_name(*one) for one in both)
+    effects = ((coefficient.name, coefficient.axis), *coefficient.alternatives[:1])
+    return " or ".join(effect_name(*effect) for effect in effects)
 
 
 def rig_table(fleet: Fleet) -> Table:
-    """Give a row per rig: what its own diagnosis says."""
-    rows = []
-    for rig, own in fleet.diagnoses.items():
-        found = ([effect_name(one.name, one.axis) for one in of] for of in (own.effects, own.possible))
-        ahead = "ahead_200ms" if own.closed_loop else "prediction_1s"
-        errors = (
-            " to ".join(to_digits(1e3 * getattr(error, ahead).value) for error in (report.before, report.after))
-            for report in own.axes.values()
-        )
+    """Return a table with a row per rig: what its own diagnosis says."""
+    rows = list[tuple[str, ...]]()
+    for rig, diagnosis in fleet.diagnoses.items():
+        effects = [effect_name(effect.name, effect.axis) for effect in diagnosis.effects]
+        possible = [effect_name(effect.name, effect.axis) for effect in diagnosis.possible]
+        horizon = "ahead_200ms" if diagnosis.closed_loop else "prediction_1s"
+        errors = []
+        for axis, report in diagnosis.axes.items():
+            before, after = (1e3 * getattr(error, horizon).value for error in (report.before, report.after))
+            errors.append(f"{axis} {to_digits(before)} to {to_digits(after)}")
         rows.append(
             (
                 rig,
-                str(own.verdict),
-                *(join_words(names) or "nothing" for names in found),
-                results.uses_text({axis: report.use for axis, report in own.axes.items()}),
-                f"{own.held_out.gain.value:+.0f}".replace("-", "−"),
-                "; ".join(f"{axis} {both}" for axis, both in zip(own.axes, errors, strict=True)),
-                ", ".join(f"{entry.file} ({entry.used_for})" for entry in own.data),
+                str(diagnosis.verdict),
+                join_words(effects) or "nothing",
+                join_words(possible) or "nothing",
+                results.uses_text({axis: report.use for axis, report in diagnosis.axes.items()}),
+                f"{diagnosis.held_out.gain.value:+.0f}".replace("-", "−"),
+                "; ".join(errors),
+                ", ".join(f"{log.file} ({log.used_for})" for log in diagnosis.data),
             )
         )
     rows += [(rig, f"left out: {error}", *[""] * 6) for rig, error in fleet.failures.items()]
@@ -113,36 +116,37 @@ def forest_figure(coefficient: Coefficient) -> str:
     """Draw the 95 % intervals of all rigs, of the mean (diamond) and of a further rig (thin line).
 
     A filled circle stands for a rig that names the effect, an open one for a rig that does not. A rig that the mean
-    does without has no interval, and says so in its name.
+    leaves out has no interval; the reason is in its label.
     """
     mean, is_effect = coefficient.pooled, coefficient.finding is not None
-    names = [f"{own.rig} ({own.left_out.partition(':')[0]})" if own.left_out else own.rig for own in coefficient.rigs]
-    further = ["mean", *(["further rig"] if mean.prediction else [])] if mean else []
-    panel, window = Axes("", 26.0 * len(names + further), names=names + further), _window(coefficient)
-    if window[0] < 0.0 < window[1]:
-        panel.line((0.0, 0.0), (-0.6, len(names + further)), "muted", width=0.9)
-    for row, own in enumerate(coefficient.rigs):
-        if not own.left_out:
-            role, kind = ("measured", "open") if is_effect and not own.named else ("after", "points")
-            label = ("named" if own.named else "not named") if is_effect else ""
-            panel.line(own.interval, (row, row), role, width=2.0)
-            panel.points([own.value], [row], role, label, kind)
+    names = [e.rig + (f" ({e.left_out.partition(':')[0]})" if e.left_out else "") for e in coefficient.rigs]
     if mean is not None:
-        row = len(names)
+        names += ["mean", "further rig"] if mean.prediction else ["mean"]
+    panel, window = Axes("", 26.0 * len(names), names=names), _window(coefficient)
+    if window[0] < 0.0 < window[1]:
+        panel.line((0.0, 0.0), (-0.6, len(names)), "muted", width=0.9)
+    for row, estimate in enumerate(coefficient.rigs):
+        if not estimate.left_out:
+            role, kind = ("measured", "open") if is_effect and not estimate.named else ("after", "points")
+            label = ("named" if estimate.named else "not named") if is_effect else ""
+            panel.line(estimate.interval, (row, row), role, width=2.0)
+            panel.points([estimate.value], [row], role, label, kind)
+    if mean is not None:
+        row = len(coefficient.rigs)
         panel.line(mean.interval, (row, row), "before", width=2.4)
         panel.points([mean.mean], [row], "before", "mean of the make", "diamond")
         if mean.prediction is not None:
             panel.line(mean.prediction, (row + 1, row + 1), "before", width=1.0)
-    described = f"{title(coefficient)}: coefficient of every rig and the mean of the make"
+    description = f"{title(coefficient)}: coefficient of every rig and the mean of the make"
     unit = f" [{unit_text(coefficient.unit)}]" if unit_text(coefficient.unit) else ""
-    what = f"coefficient of the {coefficient.name.replace('_', ' ')}" if is_effect else meaning(coefficient.name)
-    return figure([panel], what + unit, described, x_limits=window)
+    label = f"coefficient of the {coefficient.name.replace('_', ' ')}" if is_effect else meaning(coefficient.name)
+    return figure([panel], label + unit, description, x_limits=window)
 
 
 def _window(coefficient: Coefficient) -> tuple[float, float]:
-    """Give the ends of the x axis: all values, zero, and the intervals as far as they are not far wider than that."""
-    mean, intervals = coefficient.pooled, [own.interval for own in coefficient.counted]
-    values = [*(own.value for own in coefficient.counted), *([0.0] if coefficient.finding else [])]
+    """Return the ends of the x axis, which holds all values, zero for an effect, and intervals up to a limit."""
+    mean, intervals = coefficient.pooled, [estimate.interval for estimate in coefficient.counted]
+    values = [*(estimate.value for estimate in coefficient.counted), *([0.0] if coefficient.finding else [])]
     ends = [*values, *chain(*intervals), *(chain(mean.interval, mean.prediction or ()) if mean else ())]
     middle, reach = 0.5 * (min(values) + max(values)), 0.5 * (max(values) - min(values))
     narrowest = min((0.5 * (high - low) for low, high in intervals), default=0.0)

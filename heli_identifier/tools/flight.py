@@ -1,9 +1,9 @@
 """What to add to a flight under the controller, so that voltages and angles determine the parameters.
 
-Each addition is flown in simulation: the plant under the PID, encoders, a random torque on every axis, one period of
-delay beside the input delay, with steps added to the references of pitch and elevation, or multisines to the voltages,
-or nothing. The on-line identifier listens with prediction errors, and its own standard errors judge the addition. One
-whose angles depart from the references by more than the limits is left out.
+Each addition is simulated: the plant under the PID, with encoders, a random torque on every axis and one period of
+delay in addition to the input delay. Steps are added to the references of pitch and elevation, or multisines to the
+voltages, or nothing. The on-line identifier estimates by prediction errors, and its standard errors judge the addition.
+An addition whose angles exceed the limits is left out.
 """
 
 from collections.abc import Iterator
@@ -24,15 +24,15 @@ from heli_plant.control import PidSettings, start_pid
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles
 
-JUDGED = ("a_th", "k_x", "a_e", "k_z", "k_y")  # stiffnesses and gains: what a loop hides
-PERIOD = 6.0  # time between two steps of a reference [s]; those of the elevation come half of it later
+JUDGED = ("a_th", "k_x", "a_e", "k_z", "k_y")  # stiffnesses and gains, which a loop hides
+PERIOD = 6.0  # time between two steps of a reference [s]; those of the elevation come half a period later
 STEPS = ((0.05, 0.02), (0.1, 0.05), (0.2, 0.1))  # sizes of the steps of pitch and elevation [rad]
 VOLTAGES = (0.1, 0.2, 0.4)  # root-mean-square values of the multisines [V], on the difference and, doubled, on the sum
 
 
 @dataclass(frozen=True)
 class FlightOutlook:
-    """The expected result of one flight: standard error over value of what a loop hides, and largest departures."""
+    """The expected result of one flight: standard error over value of :data:`JUDGED`, and largest deviations [rad]."""
 
     added: str
     relative_errors: dict[str, float]
@@ -41,19 +41,19 @@ class FlightOutlook:
 
 
 def list_additions() -> Iterator[Proposal]:
-    """Yield what may be added, the gentlest first."""
+    """Yield what may be added, the smallest excitation first."""
     yield Proposal("nothing")
     for pitch, elevation in STEPS:
-        words = f"reference steps of {pitch:g} rad (pitch) and {elevation:g} rad (elevation) every {PERIOD:g} s"
-        yield Proposal(words, None, pitch, elevation)
+        name = f"reference steps of {pitch:g} rad (pitch) and {elevation:g} rad (elevation) every {PERIOD:g} s"
+        yield Proposal(name, None, pitch, elevation)
+    low, high = BANDS["middle"]
     for rms in VOLTAGES:
-        words = "multisines of {:g} V rms on v_f - v_r and {:g} V on v_f + v_r, {:g} to {:g} Hz"
-        name = words.format(rms, 2.0 * rms, *BANDS["middle"])
+        name = f"multisines of {rms:g} V rms on v_f - v_r and {2.0 * rms:g} V on v_f + v_r, {low:g} to {high:g} Hz"
         yield Proposal(name, multisines(0.0, (rms, 2.0 * rms), ("middle", "middle")))
 
 
 def fly_addition(addition: Proposal, plant: PlantParameters, pid: PidSettings, hover: float, duration: float) -> Log:
-    """Return the log of one flight at the elevation ``hover`` [rad].
+    """Simulate one flight at the elevation ``hover`` [rad] and return its log.
 
     ConfigurationError if the loop is unstable, or the plant cannot hover there within the motors' voltages.
     """
@@ -77,10 +77,9 @@ def fly_addition(addition: Proposal, plant: PlantParameters, pid: PidSettings, h
 def flight_outlooks(
     plant: PlantParameters, pid: PidSettings, hover: float, duration: float, limits: Limits, progress: Progress
 ) -> list[FlightOutlook]:
-    """Fly all additions for a ``duration`` [s] at the elevation ``hover`` [rad]; return those within the limits.
+    """Simulate all additions for a ``duration`` [s] at the elevation ``hover`` [rad]; return those within the limits.
 
-    The one with the least largest relative error is first. The limit of the elevation is that of its departure from
-    ``hover``.
+    They are sorted by their largest relative error. The limit of the elevation is that of its deviation from ``hover``.
     """
     settings = IdentifierSettings(
         sample_time=STEP,
@@ -89,25 +88,26 @@ def flight_outlooks(
         voltage_limit=pid.voltage_limit,
         report_interval=0.5,
     )
-    every, found = list(list_additions()), []
-    for number, addition in enumerate(every):
-        progress(f"flying: {addition.name}", number / len(every))
+    additions, outlooks = list(list_additions()), []
+    for number, addition in enumerate(additions):
+        progress(f"flying: {addition.name}", number / len(additions))
         log = fly_addition(addition, plant, pid, hover, duration)
         if largest := limits.largest_motion(log.angles, hover):
             last = identify_log(log, settings).last
-            hidden = {name: (last[name].standard_error or 0.0) / max(abs(last[name].value), 1e-9) for name in JUDGED}
-            found.append(FlightOutlook(addition.name, hidden, *largest))
-    return sorted(found, key=lambda one: max(one.relative_errors.values()))
+            errors = {name: (last[name].standard_error or 0.0) / max(abs(last[name].value), 1e-9) for name in JUDGED}
+            outlooks.append(FlightOutlook(addition.name, errors, *largest))
+    return sorted(outlooks, key=lambda outlook: max(outlook.relative_errors.values()))
 
 
 def flight_table(outlooks: list[FlightOutlook]) -> Table:
-    """Give relative errors and departures."""
+    """Return a table of relative errors and deviations."""
     rows = []
-    for own in outlooks:
+    for outlook in outlooks:
         errors = []
-        for share in own.relative_errors.values():
-            said = [f"{100.0 * share:.2g} %"] if share <= 1.0 else []
-            errors.append(", ".join([*said, *([] if is_determined(1.0, share, "") else ["not determined"])]))
-        rows.append((own.added, *errors, f"{own.pitch_to_rad:.2f} rad", f"{own.elevation_by_rad:.2f} rad"))
+        for error in outlook.relative_errors.values():
+            words = [f"{100.0 * error:.2g} %"] if error <= 1.0 else []
+            words += [] if is_determined(1.0, error, "") else ["not determined"]
+            errors.append(", ".join(words))
+        rows.append((outlook.added, *errors, f"{outlook.pitch_to_rad:.2f} rad", f"{outlook.elevation_by_rad:.2f} rad"))
     columns = ("added to the flight", *JUDGED, "pitch to", "elevation by")
     return Table("Standard errors of what the loop hides, best first", columns, rows)

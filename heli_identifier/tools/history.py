@@ -1,20 +1,20 @@
-"""The on-line identifier over the logs of one rig: the estimates of each over time, and all logs together.
+"""The on-line identifier over the logs of one rig: the estimates of each log over time, and of all logs together.
 
-**Prediction errors** of several logs, by the information that they have of each log. A log of half a minute leaves
-combinations of parameters open: gain with stiffness, gain with damping, gain with the colour of the air. Means of
-single parameters, each weighted by its own standard error, throw away what the logs say about the combinations. With
-Omega_l and Gamma_l of log l, the noise model nu behind the parameters, P the prior that each of the L logs began with,
-and Z by how much the zero of an encoder differs from log to log,
+**Prediction errors** of several logs are combined by their information matrices. A log of half a minute does not
+determine some combinations of parameters: gain with stiffness, gain with damping, gain with the colour of the air.
+Means of single parameters, each weighted by its own standard error, would lose what the logs say about the
+combinations. With Omega_l and Gamma_l of log l, in which the noise model nu follows the parameters, the prior P with
+which each of the L logs started, and the variance Z of an encoder's zero from log to log,
 
     H     = sum_l (Gamma_l + Z)^-1 - (L - 1) P^-1
     Omega = H^-1 (sum_l (Gamma_l + Z)^-1 Omega_l - (L - 1) P^-1 Omega(0))
 
-The variance of a combination j^T Omega is j^T H^-1 j, over the share of it that came from outside the loops of all logs
-(:mod:`heli_identifier.online.loop`), times the square of the Birge ratio (Birge, Physical Review 40 (1932)) where
-that exceeds 1: the logs then scatter beyond their errors. A single log keeps the standard errors that it has.
+The variance of a combination j^T Omega is j^T H^-1 j, divided by the share of it that came from outside the loops of
+all logs (:mod:`heli_identifier.online.loop`), times the square of the Birge ratio (Birge, Physical Review 40 (1932))
+if this exceeds 1: the logs then scatter beyond their errors. A single log keeps its standard errors.
 
-**The adaptation**: means of single parameters, each weighted by the inverse square of its standard error, with the
-Birge ratio as well.
+**The adaptation** takes means of single parameters, each weighted by the inverse square of its standard error, and uses
+the Birge ratio in the same way.
 """
 
 from collections.abc import Mapping, Sequence
@@ -38,17 +38,17 @@ Array = NDArray[np.float64]
 NAMES = ModelParameters._fields
 """The paper's symbols of the estimated parameters; fields of :class:`~heli_plant.parameters.PlantParameters`."""
 
-ROLES = ("after", "before", "third", "measured")  # colours of the logs; of more logs all have the last one
+ROLES = ("after", "before", "third", "measured")  # colours of the logs; if there are more logs, all have the last one
 ZERO = 0.02  # standard deviation of an encoder's zero from log to log [rad]: a rig is switched on in another position
 CONSISTENT = 2.0  # Birge ratio above which logs disagree by more than their standard errors allow
-_STIFFNESS, _TORQUE = 1, 2  # places in Omega: a zero moves the constant torque by the stiffness times itself
+_STIFFNESS, _TORQUE = 1, 2  # indices in Omega; another zero changes the constant torque by the stiffness times the zero
 
 
 class EstimateHistory(NamedTuple):
     """Estimates of one log over time.
 
     ``time`` [s], shape (M,); ``parameters`` and ``standard_errors`` by :data:`NAMES`, shape (M, 11), in the units of
-    the plant; ``state`` of the identifier at the end, standard errors evaluated there, and its ``plan``.
+    the plant; the ``state`` of the identifier at the end, with standard errors, and its ``plan``.
     """
 
     name: str
@@ -65,26 +65,26 @@ class EstimateHistory(NamedTuple):
 
 
 def estimates_of(output: IdentifierOutput, plan: Plan) -> dict[str, Estimate]:
-    """Return estimates by symbol, with the motors' lag ``T_m`` where it was estimated; what is given has no error."""
-    found = list(zip(NAMES, output.parameters, output.standard_errors, strict=True))
-    found += [("T_m", *output.lag)] if plan.estimates_lag else []
-    return {name: Estimate(value, error or None, BY_FIELD[name].unit) for name, value, error in found}
+    """Return estimates by symbol, with the motors' lag ``T_m`` if it was estimated; given values have no error."""
+    rows = list(zip(NAMES, output.parameters, output.standard_errors, strict=True))
+    rows += [("T_m", *output.lag)] if plan.estimates_lag else []
+    return {name: Estimate(value, error or None, BY_FIELD[name].unit) for name, value, error in rows}
 
 
 def identify_log(log: Log, settings: online.IdentifierSettings) -> EstimateHistory:
-    """Run the identifier over a log, with its references where it has any.
+    """Run the identifier over a log, with its references if it has any.
 
     The history has a row for every evaluation of the standard errors.
     """
     plan = online.prepare(settings)
     samples = list(map(tuple, np.column_stack((log.voltages, log.angles)).tolist()))
-    rest = np.zeros(len(samples))
-    asked = list(map(tuple, np.column_stack([log.references.get(axis, rest) for axis in AXES]).tolist()))
-    state = online.start(plan, samples[0], asked[0])
+    zero = np.zeros(len(samples))
+    references = list(map(tuple, np.column_stack([log.references.get(axis, zero) for axis in AXES]).tolist()))
+    state = online.start(plan, samples[0], references[0])
     every, last = max(1, round(settings.report_interval / settings.sample_time)), len(samples) - 1
     rows = []
     for k in range(1, len(samples)):
-        state, output = online.step(state, samples[k], plan, asked[k])
+        state, output = online.step(state, samples[k], plan, references[k])
         if (k % every == 0 and output.adapting) or k == last:
             rows.append((k * settings.sample_time, *output.parameters, *output.standard_errors))
     time, parameters, errors = np.split(np.array(rows), (1, 1 + len(NAMES)), axis=1)
@@ -93,29 +93,29 @@ def identify_log(log: Log, settings: online.IdentifierSettings) -> EstimateHisto
 
 def history_text(histories: Sequence[EstimateHistory]) -> str:
     """Return histories as CSV: log, time, every parameter and every standard error."""
-    columns = [f"{name} [{BY_FIELD[name].unit}]" for name in NAMES]
-    heads = ["time [s]", *columns, *(f"standard_error.{column}" for column in columns)]
-    rows = {
-        one.name: pd.DataFrame(np.column_stack((one.time, one.parameters, one.standard_errors)), columns=heads)
-        for one in histories
+    names = [f"{name} [{BY_FIELD[name].unit}]" for name in NAMES]
+    columns = ["time [s]", *names, *(f"standard_error.{name}" for name in names)]
+    frames = {
+        h.name: pd.DataFrame(np.column_stack((h.time, h.parameters, h.standard_errors)), columns=columns)
+        for h in histories
     }
-    return pd.concat(rows, names=["log"]).droplevel(1).to_csv()
+    return pd.concat(frames, names=["log"]).droplevel(1).to_csv()
 
 
 def history_figure(histories: Sequence[EstimateHistory], together: Mapping[str, Estimate], voltage_limit: float) -> str:
     """Draw every parameter over time, one line per log with its 95 % band, and the value of all logs together.
 
-    The ordinate ends where hardly any rig with this ``voltage_limit`` [V] has the parameter, unless the value of all
-    logs lies beyond.
+    The ordinate ends at the plausible range of rigs with this ``voltage_limit`` [V], unless the value of all logs lies
+    outside.
     """
-    panels, several = [], len(histories) > len(ROLES)
+    panels, many = [], len(histories) > len(ROLES)
     for column, name in enumerate(NAMES):
         final, (low, high) = together[name].value, plausible_range(name, voltage_limit)
         panel, ends = Axes(label_with_unit(name, BY_FIELD[name].unit), 130.0), [final]
-        for history, role in zip(histories, ROLES[-1:] * len(histories) if several else ROLES, strict=False):
+        for history, role in zip(histories, ROLES[-1:] * len(histories) if many else ROLES, strict=False):
             value, half = history.parameters[:, column], 1.96 * history.standard_errors[:, column]
             panel.band(history.time, value - half, value + half, role=role)
-            panel.line(history.time, value, role, f"each of {len(histories)} logs" if several else history.name, 1.1)
+            panel.line(history.time, value, role, f"each of {len(histories)} logs" if many else history.name, 1.1)
             late = history.time >= 0.5 * history.time[-1]
             ends += [*(value - half)[late], *(value + half)[late]]
         panel.level(final, "ink", "together")
@@ -130,10 +130,10 @@ def history_figure(histories: Sequence[EstimateHistory], together: Mapping[str, 
 
 
 class Together(NamedTuple):
-    """Estimates from several logs together by symbol, with the motors' lag ``T_m`` where it was estimated.
+    """Estimates from several logs together by symbol, with the motors' lag ``T_m`` if it was estimated.
 
-    ``notes`` are on logs that disagree; ``noise`` are the noise models of pitch, elevation and travel, none where the
-    method was the adaptation.
+    ``notes`` are about logs that disagree; ``noise`` holds the noise models of pitch, elevation and travel, none for
+    the adaptation.
     """
 
     estimates: Mapping[str, Estimate]
@@ -142,56 +142,58 @@ class Together(NamedTuple):
 
 
 def combine_histories(histories: Sequence[EstimateHistory]) -> Together:
-    """Combine prediction errors of logs that began with one prior; their sampling periods may differ."""
+    """Combine prediction errors of logs that started with the same prior; their sampling periods may differ."""
     plan, last = histories[-1].plan, histories[-1].state
-    together = [_of_axis([one.state for one in histories], axis, plan) for axis in range(3)]
+    combined = [_combine_axis([history.state for history in histories], axis, plan) for axis in range(3)]
 
     def state_with(part: int) -> IdentifierState:
-        """State of all logs together, with a part of what is known of each axis as its standard errors."""
+        """Return the state of all logs together, with that part of ``combined`` as standard errors."""
         axes = []
-        for axis, of in zip(last.axes, together, strict=True):
-            omega, errors = (tuple(of[k].tolist()) for k in (0, part))
+        for axis, result in zip(last.axes, combined, strict=True):
+            omega, errors = (tuple(result[k].tolist()) for k in (0, part))
             axes.append(axis._replace(estimate=axis.estimate._replace(omega=omega, standard_errors=errors)))
         return last._replace(axes=(axes[0], axes[1], axes[2]))
 
     state = state_with(1)
-    found, scatter = estimates_of(online.output_of(state, plan), plan), online.output_of(state_with(2), plan)
-    outputs = [online.output_of(one.state, one.plan) for one in histories]
-    notes = (*_describe_scatter(scatter.standard_errors._asdict()), *_contradictions(found, outputs))
-    return Together(found, notes, tuple(online.noise_of(axis.estimate) for axis in state.axes))
+    estimates = estimates_of(online.output_of(state, plan), plan)
+    birge_ratios = online.output_of(state_with(2), plan).standard_errors._asdict()
+    outputs = [online.output_of(history.state, history.plan) for history in histories]
+    notes = (*_describe_scatter(birge_ratios), *_describe_contradictions(estimates, outputs))
+    return Together(estimates, notes, tuple(online.noise_of(axis.estimate) for axis in state.axes))
 
 
-def _of_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[Array, Array, Array]:
-    """Omega of an axis, the standard errors of what is reported of it, and their Birge ratios; the prior is the plan's.
+def _combine_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[Array, Array, Array]:
+    """Return Omega of an axis, the standard errors of its reported combinations, and their Birge ratios.
 
-    What a log gives enters by its time constants, not by its samples, so the plan of any log serves.
+    The plan of any log serves, because it enters by time constants and not by the number of samples.
     """
-    own, others, estimates = plan.axes[axis], len(states) - 1, [state.axes[axis].estimate for state in states]
-    omegas = np.array([one.omega for one in estimates])
-    gammas = np.array([online.gain_matrix(one.factor, len(one.omega)) for one in estimates])
-    spread = gammas.copy()
-    if others and own.gain > _TORQUE:
-        spread[:, _TORQUE, _TORQUE] += (ZERO * np.median(np.abs(omegas[:, _STIFFNESS]))) ** 2
-    informations, prior = np.linalg.inv(spread), np.diag(1.0 / np.array(own.prior))
+    axis_plan, others = plan.axes[axis], len(states) - 1
+    estimates = [state.axes[axis].estimate for state in states]
+    omegas = np.array([estimate.omega for estimate in estimates])
+    gammas = np.array([online.gain_matrix(estimate.factor, len(estimate.omega)) for estimate in estimates])
+    variances = gammas.copy()
+    if others and axis_plan.gain > _TORQUE:
+        variances[:, _TORQUE, _TORQUE] += (ZERO * np.median(np.abs(omegas[:, _STIFFNESS]))) ** 2
+    informations, prior = np.linalg.inv(variances), np.diag(1.0 / np.array(axis_plan.prior))
     H = informations.sum(axis=0) - others * prior
-    g = np.einsum("lij,lj->i", informations, omegas) - others * prior @ np.array(own.first)
+    g = np.einsum("lij,lj->i", informations, omegas) - others * prior @ np.array(axis_plan.first)
     omega = np.linalg.solve(H, g)
     rows = np.array(online.combinations(axis, estimates[-1]._replace(omega=tuple(omega.tolist())), plan))
     if not others:
         return omega, np.array(estimates[0].standard_errors), np.zeros(len(rows))
     outside = [p.outside for state in states if (p := state.axes[axis].predictor) is not None]
-    products = tuple(np.sum([one.products for one in outside], axis=0).tolist())
-    counted = np.array(online.shares(outside[0]._replace(products=products), tuple(map(tuple, rows.tolist()))))
-    rows = np.pad(rows, ((0, 0), (0, len(omega) - rows.shape[1])))  # of nu nothing is reported
+    products = tuple(np.sum([moments.products for moments in outside], axis=0).tolist())
+    shares = np.array(online.shares(outside[0]._replace(products=products), tuple(map(tuple, rows.tolist()))))
+    rows = np.pad(rows, ((0, 0), (0, len(omega) - rows.shape[1])))  # the noise model nu is not reported
     scatter = ((omegas - omega) @ rows.T) ** 2 / np.einsum("mi,lij,mj->lm", rows, gammas, rows)
     ratios = np.sqrt(scatter.sum(axis=0) / others)
     variance = np.einsum("ij,ji->i", rows, np.linalg.solve(H, rows.T))
-    return omega, np.sqrt(variance / counted) * np.maximum(1.0, ratios), ratios
+    return omega, np.sqrt(variance / shares) * np.maximum(1.0, ratios), ratios
 
 
 def combine_estimates(logs: Sequence[Mapping[str, Estimate]]) -> Together:
     """Combine estimates by symbol of several logs, each weighted by the inverse square of its standard error."""
-    found, ratios = {}, {}
+    estimates, ratios = {}, {}
     for name, first in logs[0].items():
         values = np.array([log[name].value for log in logs])
         errors = np.array([log[name].standard_error or 0.0 for log in logs])
@@ -199,35 +201,35 @@ def combine_estimates(logs: Sequence[Mapping[str, Estimate]]) -> Together:
         if (errors > 0.0).all():  # a known rest angle has no error
             mean, error, ratios[name] = _weighted_mean(values, errors)
             error *= max(ratios[name], 1.0)
-        found[name] = Estimate(mean, error, first.unit)
-    return Together(found, _describe_scatter(ratios))
+        estimates[name] = Estimate(mean, error, first.unit)
+    return Together(estimates, _describe_scatter(ratios))
 
 
 def _weighted_mean(values: Array, errors: Array) -> tuple[float, float, float]:
-    """Return mean, standard error and Birge ratio, 0 of a single value."""
+    """Return mean, standard error and Birge ratio, which is 0 for a single value."""
     mean, Q, precision = meta_analysis.weighted_mean(values, errors, 0.0)
     return mean, precision**-0.5, float(np.sqrt(Q / max(len(values) - 1, 1)))
 
 
-def _contradictions(estimates: Mapping[str, Estimate], outputs: Sequence[Any]) -> list[str]:
+def _describe_contradictions(estimates: Mapping[str, Estimate], outputs: Sequence[Any]) -> list[str]:
     """Return a sentence for each gain that the references of all logs exclude."""
-    found = []
+    notes = []
     for axis, name in enumerate(online.GAINS):
         known = [(o.instruments[axis], o.instrument_errors[axis]) for o in outputs if o.instrument_errors[axis] > 0.0]
         if not known:
             continue
         value, error, _ = _weighted_mean(*np.array(known).T)
         if abs(value - estimates[name].value) > online.CONTRADICTION * error:
-            found.append(
+            notes.append(
                 f"{name} = {estimates[name].value:.3g} rests on a noise model that the references contradict: they "
                 f"give {value:.3g} ± {1.96 * error:.2g} {BY_FIELD[name].unit}. The air has another colour than the "
                 "model allows, or what was logged as a reference answers the rig"
             )
-    return found
+    return notes
 
 
 def _describe_scatter(ratios: Mapping[str, float]) -> tuple[str, ...]:
-    """Return what is to be said of logs that scatter by these Birge ratios."""
+    """Return notes on parameters whose Birge ratio is too large."""
     notes = [
         f"{name}: the logs scatter {ratio:.1f} times as far as their standard errors say"
         for name, ratio in ratios.items()

@@ -1,18 +1,19 @@
 """The on-line identifier over measured logs, with its standard errors: one history per log, and all logs together.
 
 In open loop the identifier is the paper's adaptation, eq. (7). Where a controller flew, least squares is wrong and
-prediction errors with a noise model are minimised (:mod:`heli_identifier.online.prediction_error`). These pass every
-log twice. The first pass finds the noise model and the motors' lag of all logs together (:mod:`.history`), which are
-the same for all logs of a rig, and the second begins with them. Nothing is counted twice: Gamma(0) is the same in both.
-In rough air the first pass takes the air for far slower than it is, which makes k_x too large; a third pass makes k_z
+prediction errors with a noise model are minimised (:mod:`heli_identifier.online.prediction_error`). They pass every log
+twice. The first pass finds the noise model and the motors' lag of all logs together (:mod:`.history`), which are the
+same for all logs of a rig; the second pass starts with them. No sample counts twice: Gamma(0) is the same in both. In
+rough air the first pass takes the air for far slower than it is, which makes k_x too large; a third pass would make k_z
 worse by as much as it makes k_x better. References of a log are instruments.
 
-Whether a controller flew is asked of prediction errors, which hold in both cases and give a score of a closed loop on
-each axis (:mod:`heli_identifier.online.loop`), roughly normal in open loop. With n logs the loop is closed if one
-of the 3 n scores is beyond the quantile that all of them together exceed in 1 % of the cases, or if on one axis the sum
-of the scores over sqrt(n) is beyond ``CLOSED``. One log in closed loop suffices: least squares would be wrong on it.
+Prediction errors, which are right in open and in closed loop, decide whether a controller flew. They give a score of a
+closed loop on each axis (:mod:`heli_identifier.online.loop`), roughly normal in open loop. With n logs the loop is
+closed if one of the 3 n scores is beyond the quantile that all of them together exceed in 1 % of the cases, or if on
+one axis the sum of the scores over sqrt(n) is beyond ``CLOSED``. One log in closed loop suffices: least squares would
+be wrong on it.
 
-The adaptation takes the motors' lag T_m for known, and no standard error covers a wrong one.
+The adaptation takes the motors' lag T_m as known; its standard errors do not cover a wrong lag.
 """
 
 from collections.abc import Mapping, Sequence
@@ -37,11 +38,11 @@ from heli_identifier.tracing import Progress, sign_notes
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
 
-FALSE_ALARMS = 0.01  # share of sets of logs in open loop in which one score is beyond the quantile by chance
+FALSE_ALARMS = 0.01  # share of open-loop sets of logs in which a score exceeds the quantile by chance
 
 
 class Choice(NamedTuple):
-    """The ``method`` taken, why, and whether a controller flew."""
+    """The ``method`` that was taken, why, and whether a controller flew."""
 
     method: str
     reason: str
@@ -71,31 +72,30 @@ class Identification(Tabular):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """The method and why; what the logs do not determine; a lag that was given; logs that disagree."""
-        said = [f"method {self.choice.reason}"]
-        hidden = [name for name, estimate in self.estimates.items() if not estimate.is_determined]
-        if hidden:
-            said.append(
+        """The method and why; parameters that are not determined; a lag that was given; logs that disagree."""
+        remarks = [f"method {self.choice.reason}"]
+        undetermined = [name for name, estimate in self.estimates.items() if not estimate.is_determined]
+        if undetermined:
+            remarks.append(
                 "not determined by these logs, half the 95 % interval exceeds a tenth of the value: "
-                f"{', '.join(hidden)}; `heli design` says what to add to the voltages"
+                f"{', '.join(undetermined)}; `heli design` says what to add to the voltages"
             )
         if self.choice.method == ADAPTATION:
             lag = self.histories[0].plan.settings.motor_time_constant
-            said.append(
+            remarks.append(
                 f"the motors' lag was taken for {lag:g} s, and no interval allows for another one; with --method "
                 f"{PREDICTION_ERROR} it is estimated"
             )
-        return (*said, *self.together.notes)
+        return (*remarks, *self.together.notes)
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Least squares used in closed loop; parameters whose sign no rig has, and what is mistaken in the log."""
-        wrong = (
-            "a controller flew the rig: the paper's adaptation is wrong there by more than its intervals say; "
-            f"use --method {PREDICTION_ERROR}"
-        )
-        is_wrong = self.choice.closed_loop and self.choice.method == ADAPTATION
-        return (*([wrong] if is_wrong else []), *sign_notes(self.estimates))
+        """Least squares used in closed loop; parameters whose sign no rig has, with the mistake in the log."""
+        notes = sign_notes(self.estimates)
+        if not self.choice.closed_loop or self.choice.method != ADAPTATION:
+            return notes
+        wrong = "a controller flew the rig: the paper's adaptation is wrong there by more than its intervals say"
+        return (f"{wrong}; use --method {PREDICTION_ERROR}", *notes)
 
     @property
     def table(self) -> Table:
@@ -106,19 +106,19 @@ class Identification(Tabular):
                 results.meaning_of(name, value),
                 results.with_interval(value, unit=False),
                 results.unit_text(value.unit),
-                *(results.with_interval(one.last[name], unit=False) for one in self.histories),
+                *(results.with_interval(of_log.last[name], unit=False) for of_log in self.histories),
             )
             for name, value in self.estimates.items()
         ]
-        columns = ("parameter", "meaning", "together", "unit", *(one.name for one in self.histories))
+        columns = ("parameter", "meaning", "together", "unit", *(of_log.name for of_log in self.histories))
         return Table("Parameters with half of their 95 % intervals", columns, rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the content of parameters.json."""
+        """Return the content of parameters.json."""
         return self.parameters.to_dict()
 
     def write(self, folder: str | PathLike[str]) -> Path:
-        """Write parameters.json, history.csv and history.svg into ``folder``, all or nothing; gives the folder.
+        """Write parameters.json, history.csv and history.svg into ``folder``, all or nothing; return the folder.
 
         Raises
         ------
@@ -127,8 +127,8 @@ class Identification(Tabular):
         """
         with results.whole_folder(folder) as draft:
             limit = self.histories[0].plan.settings.voltage_limit
-            drawn = results.figure_file(history.history_figure(self.histories, self.estimates, limit))
-            contents = (self.parameters, history.history_text(self.histories), drawn)
+            figure = results.figure_file(history.history_figure(self.histories, self.estimates, limit))
+            contents = (self.parameters, history.history_text(self.histories), figure)
             results.write_files(draft, dict(zip(self.files, contents, strict=True)))
         return Path(folder)
 
@@ -179,16 +179,16 @@ def identify(
         A setting is out of range, such as a filter too fast for a log's rate, or no method has this name.
     """
     refuse(method not in (None, *METHODS), f"method {method!r} must be one of {', '.join(METHODS)}")
-    used = records.read_logs(logs)
-    rig = configuration or records.common_configuration(used) or RigConfiguration()
-    records.check_excitation(used)
-    records.check_apart((), used)
+    rig_logs = records.read_logs(logs)
+    rig = configuration or records.common_configuration(rig_logs) or RigConfiguration()
+    records.check_excitation(rig_logs)
+    records.check_apart((), rig_logs)
 
-    def histories_of(number: int, **known: Any) -> list[EstimateHistory]:
-        """Pass all logs for the first or second time by ``number``, with settings that are ``known``."""
+    def pass_logs(number: int, **settings_of_pass: Any) -> list[EstimateHistory]:
+        """Pass all logs, for the first (0) or the second time (1)."""
         histories = []
-        for k, log in enumerate(used):
-            progress(f"identifying from {log.name}", (number + k / len(used)) / 2.0)
+        for k, log in enumerate(rig_logs):
+            progress(f"identifying from {log.name}", (number + k / len(rig_logs)) / 2.0)
             settings = IdentifierSettings(
                 sample_time=log.step,
                 filter_frequency=filter_frequency,
@@ -196,23 +196,23 @@ def identify(
                 rest_angle=rig.rest_pitch,
                 voltage_limit=rig.format.voltage_limit,
                 report_interval=max(0.5, 3.0 * log.step),
-                **known,
+                **settings_of_pass,
             )
             histories.append(history.identify_log(log, settings))
         return histories
 
     lag = rig.motor_time_constant
-    histories = histories_of(0, method=PREDICTION_ERROR, motor_time_constant=lag)
-    choice = choose_method([online.output_of(one.state, one.plan).feedback for one in histories], method)
+    histories = pass_logs(0, method=PREDICTION_ERROR, motor_time_constant=lag)
+    choice = choose_method([online.output_of(of_log.state, of_log.plan).feedback for of_log in histories], method)
     if choice.method == PREDICTION_ERROR:  # once more, with the noise models and the motors' lag of all logs together
         first = history.combine_histories(histories)
         lag_of_all = max(first.estimates["T_m"].value, 0.0)
-        histories = histories_of(1, method=PREDICTION_ERROR, motor_time_constant=lag_of_all, noise=first.noise)
+        histories = pass_logs(1, method=PREDICTION_ERROR, motor_time_constant=lag_of_all, noise=first.noise)
         together = history.combine_histories(histories)
     else:
-        histories = histories_of(1, method=ADAPTATION, motor_time_constant=lag)
-        together = history.combine_estimates([one.last for one in histories])
-    values = {"T_m": lag} | {name: one.value for name, one in together.estimates.items()}
+        histories = pass_logs(1, method=ADAPTATION, motor_time_constant=lag)
+        together = history.combine_estimates([of_log.last for of_log in histories])
+    values = {"T_m": lag} | {name: estimate.value for name, estimate in together.estimates.items()}
     plant = PlantParameters(v_max=rig.format.voltage_limit, **values)
     estimates = results.plant_values(plant, together.estimates)
     parameters = results.ParameterSet(results.PLANT, estimates, provenance=provenance())
@@ -220,7 +220,7 @@ def identify(
 
 
 def choose_method(scores: Sequence[Sequence[float]], wanted: str | None = None) -> Choice:
-    """Return the method for n logs with these ``scores`` (n, 3) of a closed loop, or the ``wanted`` one."""
+    """Return the method for n logs with these ``scores`` (n, 3) of a closed loop, or the ``wanted`` method."""
     table = np.atleast_2d(np.array(scores, dtype=float))
     limit = max(online.CLOSED, float(norm.isf(FALSE_ALARMS / (2.0 * table.size))))
     log, axis = np.unravel_index(np.abs(table).argmax(), table.shape)

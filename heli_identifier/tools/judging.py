@@ -1,7 +1,7 @@
-"""Controllers judged around the estimated plant and around every plant that the data allow, and a design of two.
+"""Controllers judged around the estimated plant and around drawn plants that the data allow, and a design of two.
 
-What a design promises is what :data:`CONFIDENCE` of the plants keep, all figures at once. The margins are those of the
-loop with the period between reading and acting and with the input delay.
+A design promises figures that :data:`CONFIDENCE` of the plants keep, all figures at once. The margins count the period
+between reading angles and setting voltages, and the input delay.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,21 +26,20 @@ from heli_plant.state_feedback import FeedbackSettings
 
 SCHEMA, LINEAR_SCHEMA = "heli-controller/1", "heli-linear-model/2"
 
-CONFIDENCE = 0.95  # share of the plants that keep what is promised
+CONFIDENCE = 0.95  # share of the plants that keep the promised figures
 LONGEST = 40.0  # length [s] of the steps whose settling is judged
 SHOWN = {"pitch": 12.0, "elevation": 12.0, "travel": 30.0}  # length [s] of the steps that are shown
 MARGINS = margins.Margins._fields
-UNSTABLE = margins.Margins(gain=1.0, phase=0.0, sensitivity=inf, crossover=nan)  # nothing may change
-
-SMALLER_IS_BETTER = ("sensitivity", "settling")
-"""Last part of the names of figures that a good loop has small."""
+UNSTABLE = margins.Margins(gain=1.0, phase=0.0, sensitivity=inf, crossover=nan)  # margins of an unstable loop
+SMALLER_IS_BETTER = ("sensitivity", "settling")  # figures whose names end so are better if they are smaller
 
 
 @dataclass(frozen=True)
 class Figure:
-    """One figure of a loop: of the estimated plant, with the interval that holds 95 % of the drawn ones.
+    """One figure of a loop: the ``value`` of the estimated plant and the ``interval`` of 95 % of the drawn plants.
 
-    ``promised`` is what is kept, ``worst`` that of the worst plant of all, never better than the estimated one's.
+    ``promised`` is the bound that :data:`CONFIDENCE` of the plants keep, ``worst`` the figure of the worst plant, the
+    estimated one included.
     """
 
     value: float
@@ -51,33 +50,34 @@ class Figure:
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """A controller around the plant and around every plant that the data allow."""
+    """A controller around the estimated plant and around drawn plants that the data allow."""
 
     settings: Settings
     figures: dict[str, Figure]
     """``LOOP.NAME`` with the names of :class:`Margins`; ``disk``, the disk margin at both actuators at once;
     ``AXIS.settling``, the time [s] of a linear reference step."""
     is_stable: bool
-    stable: float
-    """Whether the loop with the estimated plant is stable; share of the drawn plants for which it is."""
+    """Whether the loop with the estimated plant is stable."""
+    stable_share: float
+    """Share of the drawn plants with a stable loop."""
     poles: NDArray[Any]
     """Of the closed loop with the estimated plant [1/s], shape (n,)."""
     disks: Array
-    """Disk margin of every plant, shape (M,)."""
+    """Disk margins of the drawn plants, shape (M,)."""
     steps: tuple[StepResponse, ...]
+    """Steps of the whole plant, one per axis."""
     band: dict[str, Array]
-    """Steps of the whole plant; lowest and highest response to a unit step among 95 % of the plants, by axis, at the
-    times of the steps after 0, shape (2, N)."""
+    """By axis the lowest and highest response to a unit step among 95 % of the drawn plants, shape (2, N)."""
 
     @property
     def document(self) -> dict[str, Any]:
-        """What a JSON file holds of it."""
-        own, figures, gains = self.settings, self.figures, {}
-        if isinstance(own, PidSettings):
-            gains = {"gains": {axis: getattr(own, axis)._asdict() for axis in LOOPS}, "trim_V": own.trim}
+        """The content of a JSON file."""
+        settings, figures, gains = self.settings, self.figures, {}
+        if isinstance(settings, PidSettings):
+            gains = {"gains": {axis: getattr(settings, axis)._asdict() for axis in LOOPS}, "trim_V": settings.trim}
         return {
             **gains,
-            "stable_share": self.stable,
+            "stable_share": self.stable_share,
             "disk_margin": figures["disk"],
             "margins": {loop: {name: figures[f"{loop}.{name}"] for name in MARGINS} for loop in LOOPS},
             "settling_time_s": {step.axis: figures[f"{step.axis}.settling"] for step in self.steps},
@@ -90,20 +90,21 @@ class Judged:
 
 
 def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) -> Judged:
-    """Judge a controller of ``axes`` around the estimated plant and around every drawn one."""
+    """Judge a controller of ``axes`` around the estimated plant and around every drawn plant."""
     model, period = plants.model, plants.model.sampled.dt
-    loops = [margins.close_loop(one, settings) for one in (model, *plants.drawn)]
+    loops = [margins.close_loop(linear, settings) for linear in (model, *plants.drawn)]
     stable = np.array([margins.is_stable(loop) for loop in loops])
-    law = margins.controller_response(settings, period, plants.omega)
+    response = margins.controller_response(settings, period, plants.omega)
     columns: dict[str, Array] = {}
-    for index, name in enumerate(LOOPS):
-        gains = margins.loop_gain(plants.responses, law, index)
-        found = np.transpose([
+    for index, loop_name in enumerate(LOOPS):
+        gains = margins.loop_gain(plants.responses, response, index)
+        of_plants = [
             margins.loop_margins(gain, plants.omega) if is_stable else UNSTABLE
             for gain, is_stable in zip(gains, stable, strict=True)
-        ])  # fmt: skip
-        columns |= {f"{name}.{own}": column for own, column in zip(MARGINS, found, strict=True)}
-    columns["disk"] = np.where(stable, margins.disk_margins(plants.responses, law), 0.0)
+        ]
+        for name, column in zip(MARGINS, np.transpose(of_plants), strict=True):
+            columns[f"{loop_name}.{name}"] = column
+    columns["disk"] = np.where(stable, margins.disk_margins(plants.responses, response), 0.0)
     band = {}
     with np.errstate(over="ignore", invalid="ignore"):
         for axis in axes:
@@ -111,14 +112,14 @@ def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) ->
             paths = np.array([margins.unit_step(loop, index, round(LONGEST / period))[:, index] for loop in loops])
             columns[f"{axis}.settling"] = np.array([settling_time(path, period) for path in paths])
             band[axis] = np.quantile(paths[1:, : round(SHOWN[axis] / period)], (0.025, 0.975), axis=0)
-    # those of shift registers and of what nothing moves are left out
+    # without the poles of shift registers and of states that no input moves
     z = np.linalg.eigvals(loops[0].A).astype(complex)
     poles = np.log(z[np.abs(z) > 1e-3]) / period
     return Judged(
         settings=settings,
         figures=_figures(columns),
         is_stable=bool(stable[0]),
-        stable=float(np.mean(stable[1:])),
+        stable_share=float(np.mean(stable[1:])),
         poles=poles[np.abs(poles) > 1e-6],
         disks=columns["disk"][1:],
         steps=tuple(step_response(model, settings, axis, duration=SHOWN[axis]) for axis in axes),
@@ -127,39 +128,39 @@ def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) ->
 
 
 def _figures(columns: Mapping[str, Array]) -> dict[str, Figure]:
-    """Figures of columns (M + 1,), that of the estimated plant first."""
+    """Return figures from columns (M + 1,), in which the estimated plant comes first."""
     rows = np.column_stack(list(columns.values()))
     sign = np.array([-1.0 if name.endswith(SMALLER_IS_BETTER) else 1.0 for name in columns])
-    # as figures may be infinite, quantiles without interpolation
+    # quantiles without interpolation, because figures may be infinite
     low, high = np.quantile(rows[1:], (0.025, 0.975), axis=0, method="nearest")
     promised, worst = sign * joint_bounds(sign * rows[1:]), sign * (sign * rows).min(axis=0)
-    each = zip(columns, rows[0].tolist(), low.tolist(), high.tolist(), promised.tolist(), worst.tolist(), strict=True)
-    return {name: Figure(value, (low, high), kept, least) for name, value, low, high, kept, least in each}
+    each = zip(columns, *np.array([rows[0], low, high, promised, worst]).tolist(), strict=True)
+    return {name: Figure(value, (low, high), bound, worst) for name, value, low, high, bound, worst in each}
 
 
 def joint_bounds(figures: Array) -> Array:
-    """Return what :data:`CONFIDENCE` of M plants keep of all figures (M, J) at once, shape (J,); larger is better.
+    """Return the bounds (J,) that :data:`CONFIDENCE` of M plants keep in all figures (M, J) at once; larger is better.
 
-    Plants are ranked in every figure; those whose worst rank is lowest are left out, and the least that the others have
-    is kept by all of them.
+    Plants are ranked in every figure. Those whose worst rank is lowest are left out, and the bounds are the smallest
+    figures of the others.
 
     Source: J. Besag et al., Statistical Science 10 (1995) 3, section 6.3 (simultaneous credible regions from ranks).
     """
-    known = np.where(np.isnan(figures), -np.inf, figures)
-    worst_rank = rankdata(known, method="max", axis=0).min(axis=1)
-    few = len(known) - ceil(CONFIDENCE * len(known))
-    return np.asarray(known[np.argsort(worst_rank, kind="stable")[few:]].min(axis=0))
+    figures = np.where(np.isnan(figures), -np.inf, figures)
+    worst_rank = rankdata(figures, method="max", axis=0).min(axis=1)
+    left_out = len(figures) - ceil(CONFIDENCE * len(figures))
+    return np.asarray(figures[np.argsort(worst_rank, kind="stable")[left_out:]].min(axis=0))
 
 
 @dataclass(frozen=True, eq=False)
 class Design:
     """Two controllers of one kind around an identified plant.
 
-    ``kind`` is pid, lqr or lqi, ``axes`` the controlled angles, ``plants`` those over which both were judged:
-    ``baseline`` is what the weights say, or the present PID, ``robust`` the other design, or the retuned PID.
-    ``flown`` is what is delivered: the robust one, but of a PID the present gains of loops that are not to be flown as
-    they are retuned. ``notes`` are on the plant, the search and these loops; ``continuous`` is the first design in
-    continuous time, None of a PID.
+    ``kind`` is pid, lqr or lqi, ``axes`` are the controlled angles, ``plants`` those over which both were judged.
+    ``baseline`` is the design by the weights, or the present PID; ``robust`` is the robust design, or the retuned PID.
+    ``flown`` is delivered: the robust controller, but with the present gains of PID loops whose retuned gains must not
+    be flown. ``notes`` are about the plant, the search and these loops; ``continuous`` is the first design in
+    continuous time, None for a PID.
     """
 
     kind: str
@@ -173,14 +174,14 @@ class Design:
 
     @property
     def by_name(self) -> dict[str, Judged]:
-        """Both controllers by what they are called; the first alone where the other is the same."""
+        """Both controllers by their names; only the first if they are the same."""
         first, second = ("present", "retuned") if self.kind == "pid" else ("nominal", "robust")
         return {first: self.baseline} | ({second: self.robust} if self.robust is not self.baseline else {})
 
     def document(self) -> dict[str, Any]:
         """Return the content of design.json; null stands for an infinite value."""
-        model, own = self.plants.model, self.continuous
-        gains = {"K": own.gain, "K_z": own.integral, "L": own.innovation, "N": own.reference} if own else {}
+        model, c = self.plants.model, self.continuous
+        gains = {"K": c.gain, "K_z": c.integral, "L": c.innovation, "N": c.reference} if c else {}
         return to_plain(
             {
                 "schema": SCHEMA,
@@ -202,15 +203,15 @@ class Design:
     def linear_document(self) -> dict[str, Any]:
         """Return the content of linear_model.json: the matrices by their names, and the loops."""
         loops = {"before": self.baseline.document, "after": self.robust.document}
-        about = {"notes": self.notes, "provenance": provenance()}
-        return to_plain({"schema": LINEAR_SCHEMA, **self.matrices, "loops": loops, **about})
+        remarks = {"notes": self.notes, "provenance": provenance()}
+        return to_plain({"schema": LINEAR_SCHEMA, **self.matrices, "loops": loops, **remarks})
 
     @cached_property
     def matrices(self) -> dict[str, Any]:
         """A, B, C, D continuous, F, G sampled every ``period`` [s], names, and 95 % intervals of A and B."""
         model = self.plants.model
-        continuous, *drawn = (linear_system(one.plant, one.point) for one in (model, *self.plants.drawn))
-        found = {
+        continuous, *drawn = (linear_system(linear.plant, linear.point) for linear in (model, *self.plants.drawn))
+        matrices = {
             **{key: getattr(continuous, key) for key in "ABCD"},
             "F": model.sampled.A,
             "G": model.sampled.B,
@@ -222,6 +223,6 @@ class Design:
             "input_delay": model.plant.input_delay_rotors,
         }
         for name in "AB":
-            ends = np.quantile([getattr(one, name) for one in drawn], (0.025, 0.975), axis=0)
-            found[f"{name}_low"], found[f"{name}_high"] = ends
-        return found
+            ends = np.quantile([getattr(system, name) for system in drawn], (0.025, 0.975), axis=0)
+            matrices[f"{name}_low"], matrices[f"{name}_high"] = ends
+        return matrices

@@ -39,14 +39,13 @@ NOT_LINEAR = tuple(e.field for e in CATALOGUE if e.name in ("dry_friction", "bre
 """Coefficients that a linear model leaves out: their slope at rest is that of the smoothing."""
 
 BALANCED = 1e-9  # largest acceleration [rad/s^2] at which a point counts as an equilibrium
-
-FURTHEST, LARGEST_LEAN = 1.5, 0.7
-"""Largest pitch and elevation [rad], beyond a quarter of a turn the rig lies on its back; largest pitch of a hover."""
+FURTHEST = 1.5  # largest pitch and elevation [rad]: beyond a quarter of a turn the rig lies on its back
+LARGEST_LEAN = 0.7  # largest pitch [rad] of an equilibrium in which the travel rests
 
 
 @dataclass(frozen=True)
 class OperatingPoint:
-    """Where pitch and elevation stand still: the encoders' angles [rad], travel rate [rad/s], voltages [V]."""
+    """An equilibrium of pitch and elevation: the encoders' angles [rad], travel rate [rad/s], voltages [V]."""
 
     pitch: float
     elevation: float
@@ -60,7 +59,7 @@ class OperatingPoint:
         return self.v_front + self.v_rear
 
     def state(self, parameters: PlantParameters) -> PlantState:
-        """Return the plant's state there, motors settled."""
+        """Return the plant's state at this point, with settled motors."""
         front, rear = motor_input(self.v_front, parameters), motor_input(self.v_rear, parameters)
         return start_state(self.pitch, self.elevation, 0.0, front, rear, (0.0, 0.0, self.travel_rate))
 
@@ -110,9 +109,9 @@ def linearise(
 
 
 def operating_point(parameters: PlantParameters, pitch: float | None = 0.0, elevation: float = 0.0) -> OperatingPoint:
-    """Find the equilibrium at a pitch and an elevation [rad]; without a pitch the one at which the travel rests too.
+    """Find the equilibrium at a pitch and an elevation [rad]; without a pitch, the one at which the travel rests too.
 
-    ConfigurationError if an angle is beyond `FURTHEST`, there is none, or it needs more than the motors' voltages.
+    ConfigurationError if an angle is beyond `FURTHEST`, or there is no equilibrium within the motors' voltages.
     """
     require_range("pitch", pitch or 0.0, "rad", -FURTHEST, FURTHEST)
     require_range("elevation", elevation, "rad", -FURTHEST, FURTHEST)
@@ -124,29 +123,29 @@ def operating_point(parameters: PlantParameters, pitch: float | None = 0.0, elev
         return OperatingPoint(lean, elevation, rate, v_front, v_rear)
 
     def residual(unknown: np.ndarray) -> tuple[float, float, float]:
-        own = point(unknown)
-        state = rigid_start(own.state(unlimited), parameters)
+        trial = point(unknown)
+        state = rigid_start(trial.state(unlimited), parameters)
         mu_diff, mu_sum = thrust_voltages(state.nu_front, state.nu_rear, 0.0, parameters)
         return accelerations(
-            0.0, own.pitch, state.elevation, 0.0, 0.0, 0.0, own.travel_rate, mu_diff, mu_sum, 0.0, 0.0, switches,
+            0.0, trial.pitch, state.elevation, 0.0, 0.0, 0.0, trial.travel_rate, mu_diff, mu_sum, 0.0, 0.0, switches,
             parameters,
         )  # fmt: skip
 
     starts = ((0.5, 0.5, 0.0), (2.0, 1.0, 0.0), (-1.0, -0.5, 0.0))  # on either side of a dead zone
     solutions = (root(residual, start, tol=1e-12).x for start in starts)
-    found = next((point(x) for x in solutions if np.abs(residual(x)).max() < BALANCED), None)
-    if found is None or (pitch is None and abs(found.pitch) > LARGEST_LEAN):
+    balanced = next((point(x) for x in solutions if np.abs(residual(x)).max() < BALANCED), None)
+    if balanced is None or (pitch is None and abs(balanced.pitch) > LARGEST_LEAN):
         raise ConfigurationError(
             f"the travel has no rest at elevation {elevation:g} rad with the pitch within {LARGEST_LEAN:g} rad; choose "
             "a higher elevation, where the rotors lift, or control the pitch."
             if pitch is None
             else f"the plant has no equilibrium at pitch {pitch:g} rad, elevation {elevation:g} rad."
         )
-    most = max(abs(found.v_front), abs(found.v_rear))
-    need = f"pitch {found.pitch:.3g} rad and elevation {elevation:g} rad need {most:.3g} V"
-    beyond = most >= parameters.v_max
-    refuse(beyond, f"{need}, the motors take {parameters.v_max:g} V; choose a point nearer to rest.")
-    return found
+    voltage = max(abs(balanced.v_front), abs(balanced.v_rear))
+    need = f"pitch {balanced.pitch:.3g} rad and elevation {elevation:g} rad need {voltage:.3g} V"
+    too_high = voltage >= parameters.v_max
+    refuse(too_high, f"{need}, the motors take {parameters.v_max:g} V; choose a point nearer to rest.")
+    return balanced
 
 
 def linear_model(
@@ -158,18 +157,18 @@ def linear_model(
 
 
 def linear_system(parameters: PlantParameters, point: OperatingPoint, period: float | None = None) -> StateSpace:
-    """Linearise the plant at an operating point as :func:`linearise` does; ConfigurationError without a motors' lag."""
+    """Linearise the plant at an operating point as :func:`linearise` does; ConfigurationError if motors have no lag."""
     no_lag = motor_time_constant(parameters) <= 0.0
     refuse(no_lag, "motor.time_constant with its effect motor_lag is 0 s; a linear model needs a positive lag.")
-    smooth = parameters._replace(**dict.fromkeys(NOT_LINEAR, 0.0))
-    n = len(STATES) + (2 if smooth.arm_bending_elevation != 0.0 else 0)
-    centre = rigid_start(point.state(smooth), smooth)
+    frictionless = parameters._replace(**dict.fromkeys(NOT_LINEAR, 0.0))
+    n = len(STATES) + (2 if frictionless.arm_bending_elevation != 0.0 else 0)
+    centre = rigid_start(point.state(frictionless), frictionless)
     numbers: list[Any] = seed_duals([*centre[:n], point.v_front, point.v_rear])
     state = PlantState(*numbers[:n], *centre[n:])
     if period is None:
-        after = with_duals(rates_of_change)(0.0, *state[:-2], *numbers[n:], 0.0, state.cable_rest, smooth)
+        result = with_duals(rates_of_change)(0.0, *state[:-2], *numbers[n:], 0.0, state.cable_rest, frictionless)
     else:
-        after = with_duals(step)(state, *numbers[n:], 0.0, 0.0, period, smooth)
-    rates, C = slopes(after[:n], n + 2), slopes(measured_angles(state), n + 2)[:, :n]
+        result = with_duals(step)(state, *numbers[n:], 0.0, 0.0, period, frictionless)
+    AB, C = slopes(result[:n], n + 2), slopes(measured_angles(state), n + 2)[:, :n]
     names = {"states": list(PlantState._fields[:n]), "inputs": list(INPUTS), "outputs": list(AXES)}
-    return ss(rates[:, :n], rates[:, n:], C, np.zeros((len(AXES), len(INPUTS))), period or 0, **names)
+    return ss(AB[:, :n], AB[:, n:], C, np.zeros((len(AXES), len(INPUTS))), period or 0, **names)

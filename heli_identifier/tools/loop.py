@@ -1,9 +1,9 @@
 """A controller, PID or state feedback, around the whole plant: friction, saturation, delay and sampling included.
 
-:func:`check_closed_loop` flies a measured flight again from its references. Every :data:`AHEAD` s the plant starts
-from the measured motion, and the controller from the state to which the measured angles have brought it. From there
-both run by themselves, and the error is the root mean square of simulated less measured angles. Feedback cannot flatter
-it: the simulated voltages answer the simulated angles.
+:func:`check_closed_loop` simulates a measured flight from its references. Every :data:`AHEAD` s the plant starts from
+the measured motion, and the controller from the state to which the measured angles have brought it. From there both run
+by themselves, and the error is the root mean square of simulated less measured angles. Feedback does not make the error
+smaller: the simulated voltages react to the simulated angles.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -31,8 +31,8 @@ from heli_plant.state import PlantState
 from heli_plant.state_feedback import FeedbackSettings, FeedbackState, Rotors, feedback_step, repeat_row, start_feedback
 
 Controller = TypeVar("Controller", PidSettings, FeedbackSettings)
-Settings = PidSettings | FeedbackSettings  # a controller
-Memory = PidState | FeedbackState  # its state
+Settings = PidSettings | FeedbackSettings  # of a controller
+Memory = PidState | FeedbackState  # the state of a controller
 Array = NDArray[np.float64]
 
 CONTROLLER, FEEDBACK = "PidController", "StateFeedback"
@@ -41,36 +41,38 @@ KINDS: dict[str, type[Settings]] = {CONTROLLER: PidSettings, FEEDBACK: FeedbackS
 
 SETTLED = 0.05  # share of the step within which a response counts as settled
 LEAD = 1.0  # time [s] before the step
-AHEAD = 3.0  # length [s] of the stretches of a flight that are flown again
+AHEAD = 3.0  # length [s] of the parts of a flight that are simulated
 
 
 def controller_settings(default: Controller, values: Mapping[str, float]) -> Controller:
-    """Return a controller from parameters of its unit; what is missing is as in ``default``."""
-    fields = {own.field: TYPES[own.type](values[own.name]) for own in _parameters(default) if own.name in values}
-    return with_fields(default, fields)
+    """Return a controller from parameters of its unit; missing values are those of ``default``."""
+    variables = [variable for variable in _parameters(default) if variable.name in values]
+    return with_fields(default, {v.field: TYPES[v.type](values[v.name]) for v in variables})
 
 
 def controller_parameters(settings: Settings, point: OperatingPoint) -> ParameterSet:
-    """Return a controller that holds an operating point as parameters of its unit.
+    """Return the parameters with which a controller's unit holds an operating point.
 
-    Those of a StateFeedback that are zero, and of a PID those of loops that are off, are left out.
+    Zero parameters of a StateFeedback are left out, and of a PID the parameters of loops that are off.
     """
     values = {
-        own.name: Estimate(float(field_of(settings, own.field)), None, own.unit or "1") for own in _parameters(settings)
+        variable.name: Estimate(float(field_of(settings, variable.field)), None, variable.unit or "1")
+        for variable in _parameters(settings)
     }
     values["reference.pitch"] = Estimate(point.pitch, None, "rad")
     values["reference.elevation"] = Estimate(point.elevation, None, "rad")
     if isinstance(settings, FeedbackSettings):
-        return ParameterSet(FEEDBACK, {n: own for n, own in values.items() if own.value}, provenance=provenance())
+        nonzero = {name: estimate for name, estimate in values.items() if estimate.value}
+        return ParameterSet(FEEDBACK, nonzero, provenance=provenance())
     off = ("rate.", "travel.pitch_limit", *(() if settings.travel_enabled else ("travel.",)))
-    kept = {name: own for name, own in values.items() if not name.startswith(off)}
-    return ParameterSet(CONTROLLER, kept, provenance=provenance())
+    used = {name: estimate for name, estimate in values.items() if not name.startswith(off)}
+    return ParameterSet(CONTROLLER, used, provenance=provenance())
 
 
 def _parameters(settings: Settings) -> list[Variable]:
-    """Parameters of a controller's unit that set a field of its settings."""
+    """Return the parameters of a controller's unit that set a field of its settings."""
     (unit,) = (name for name, kind in KINDS.items() if isinstance(settings, kind))
-    return [own for own in unit_class(unit).variables if own.field]
+    return [variable for variable in unit_class(unit).variables if variable.field]
 
 
 def start_controller(settings: Settings, pitch: float, elevation: float, travel: float) -> Memory:
@@ -84,26 +86,26 @@ def start_at_rest(settings: Settings, point: OperatingPoint) -> Memory:
     """Return the state of a controller that holds an operating point."""
     state: Any = start_controller(settings, point.pitch, point.elevation, 0.0)
     if isinstance(settings, FeedbackSettings):
-        beside = Rotors(point.v_front - settings.hover.front, point.v_rear - settings.hover.rear)
-        return state._replace(now=beside, before=repeat_row(beside))
-    wanted = {
+        deviation = Rotors(point.v_front - settings.hover.front, point.v_rear - settings.hover.rear)
+        return state._replace(now=deviation, before=repeat_row(deviation))
+    integral_parts = {
         "pitch": point.v_rear - point.v_front,
         "elevation": settings.trim - point.lift,
         "travel": point.pitch if settings.travel_enabled else 0.0,
     }
     gains = {axis: getattr(settings, axis).integral for axis in AXES}
-    return state._replace(**{f"integral_{axis}": wanted[axis] / gain for axis, gain in gains.items() if gain})
+    return state._replace(**{f"integral_{axis}": integral_parts[axis] / gain for axis, gain in gains.items() if gain})
 
 
 def step_controller(
-    settings: Settings, memory: Any, angles: Sequence[float], wanted: Sequence[float], period: float
+    settings: Settings, memory: Any, angles: Sequence[float], references: Sequence[float], period: float
 ) -> tuple[Memory, tuple[float, float]]:
     """Return a controller's state after one step, and the voltages (v_front, v_rear) [V] of the next period."""
     pitch, elevation, travel = angles
-    references = (wanted[0], wanted[1], wanted[2])
+    wanted = (references[0], references[1], references[2])
     if isinstance(settings, PidSettings):
-        return pid_step(memory, pitch, elevation, travel, references, period, settings)
-    state = feedback_step(memory, pitch, elevation, travel, references, Rotors(), settings)
+        return pid_step(memory, pitch, elevation, travel, wanted, period, settings)
+    state = feedback_step(memory, pitch, elevation, travel, wanted, Rotors(), settings)
     return state, (settings.hover.front + state.now.front, settings.hover.rear + state.now.rear)
 
 
@@ -119,11 +121,11 @@ def fly(
     air: Array | None = None,
     read: Callable[[ArrayLike], ArrayLike] = np.asarray,
 ) -> tuple[Array, Array]:
-    """Fly the whole plant under a controller along references (N, 3) [rad]; angles (N, 3) [rad], voltages (N, 2) [V].
+    """Simulate the whole plant under a controller along references (N, 3) [rad].
 
-    ``state``, the voltages ``held`` [V] and the controller's state ``memory`` begin. Voltages ``added`` (N, 2) [V] come
-    on top within the controller's limit; ``air`` (N, 3) [rad/s^2] acts on the axes; ``read`` gives what the encoders
-    make of the angles.
+    Returns angles (N, 3) [rad] and voltages (N, 2) [V]. The start is given by ``state``, the voltages ``held`` [V] and
+    the controller's state ``memory``. Voltages ``added`` (N, 2) [V] are added to the controller's within its limit;
+    ``air`` (N, 3) [rad/s^2] acts on the axes; ``read`` turns angles into those that the encoders measure.
     """
     count, limit = len(references), settings.voltage_limit
     time = np.arange(count, dtype=np.float64) * period
@@ -142,17 +144,17 @@ def fly(
 
 
 def settling_time(share: Array, period: float) -> float:
-    """Return the time [s] from which a response (N,) to a unit step stays within :data:`SETTLED`; infinite if never."""
+    """Return the time [s] after which a unit step response (N,) stays within :data:`SETTLED`; infinite if never."""
     outside = np.flatnonzero(~(np.abs(share - 1.0) <= SETTLED))
     last = outside.max(initial=-1)
     return inf if last == len(share) - 1 else float((last + 1) * period)
 
 
 class StepResponse(NamedTuple):
-    """Response of an ``axis`` to a step of its reference of a ``size`` [rad] at ``time`` (N,) 0 [s].
+    """Response of an ``axis`` to a step of its reference by ``size`` [rad] at the ``time`` (N,) 0 [s].
 
     ``angle`` (N,) is the deviation from the operating point [rad], ``overshoot`` the largest excess as a share of the
-    step, ``settling_time`` [s] infinite if it does not settle.
+    step; ``settling_time`` [s] is infinite if the response does not settle.
     """
 
     axis: str
@@ -168,17 +170,17 @@ def step_response(
 ) -> StepResponse:
     """Simulate a reference step of ``size`` [rad] on one axis of the whole plant, for ``duration`` [s].
 
-    The controller holds the operating point of ``model`` from the start, and is called with its period. A mass that
-    moved once during a log does not move again.
+    The controller starts at the operating point of ``model`` and is called with its period. A mass that moved once
+    during a log does not move here.
     """
     plant, point, period, index = model.plant, model.point, model.sampled.dt, AXES.index(axis)
     plant = plant._replace(moving_mass_elevation=0.0)
     lead, count = round(LEAD / period), round((LEAD + duration) / period)
-    still = np.array([point.pitch, point.elevation, 0.0])
-    references = np.where(np.arange(count)[:, None] < lead, still, still + size * np.eye(3)[index])
+    hold = np.array([point.pitch, point.elevation, 0.0])
+    references = np.where(np.arange(count)[:, None] < lead, hold, hold + size * np.eye(3)[index])
     state, held = rigid_start(point.state(plant), plant), (point.v_front, point.v_rear)
     angles, _ = fly(plant, settings, references, state, held, period, start_at_rest(settings, point))
-    angle = angles[:, index] - still[index]
+    angle = angles[:, index] - hold[index]
     excess = max(float(np.max(angle / size)) - 1.0, 0.0)
     settled = settling_time(angle[lead:] / size, period)
     return StepResponse(axis, np.arange(count) * period - LEAD, angle, size, excess, settled)
@@ -190,20 +192,21 @@ def check_closed_loop(
     controller: str | PathLike[str] | Settings,
     limit: float = inf,
 ) -> Check:
-    """Fly logs again from their references, under the controller that flew: its controller.json, or its settings.
+    """Simulate logs from their references, under the controller that flew: its controller.json, or its settings.
 
-    Errors of the followed axes up to ``limit`` [rad] pass. ConfigurationError if the file is no controller's, or a log
-    has no reference of an axis that the controller follows, or its samples do not come at those of a state feedback.
+    Errors of the followed axes up to ``limit`` [rad] pass. ConfigurationError if the file holds no controller, a log
+    has no reference of an axis that the controller follows, or the sampling of a log does not fit a state feedback.
     """
     plant = results.plant_of(parameters)
     settings: Any = controller
     if isinstance(controller, str | PathLike):
-        own = results.read_parameters(controller)
-        said = f"{controller} holds parameters of the {own.unit}; give those of a {CONTROLLER} or {FEEDBACK}."
-        refuse(own.unit not in KINDS, said)
-        default: Any = KINDS[own.unit](voltage_limit=plant.v_max)
-        settings = controller_settings(default, own.start_values)
-    followed, outcomes, voltages = ("elevation", "travel" if settings.travel_enabled else "pitch"), list[Outcome](), {}
+        saved = results.read_parameters(controller)
+        wrong_unit = f"{controller} holds parameters of the {saved.unit}; give those of a {CONTROLLER} or {FEEDBACK}."
+        refuse(saved.unit not in KINDS, wrong_unit)
+        default: Any = KINDS[saved.unit](voltage_limit=plant.v_max)
+        settings = controller_settings(default, saved.start_values)
+    followed = ("elevation", "travel" if settings.travel_enabled else "pitch")
+    outcomes, voltages = list[Outcome](), {}
     for log in read_logs(logs):
         missing = " and the ".join(axis for axis in followed if axis not in log.references)
         refuse(
@@ -211,17 +214,14 @@ def check_closed_loop(
             f"log {log.name} has no reference of the {missing}, which this controller follows; name the column in "
             "[log.references] of heli.toml.",
         )
-        errors, voltages[log.name], period = _fly_again(log, plant, settings)
+        errors, voltages[log.name], period = _simulate_log(log, plant, settings)
         figures = dict(zip(AXES, rms_figures(errors, period), strict=True))
         outcomes += [Outcome(log.name, axis, figures[axis], limit) for axis in followed]
     return Check(tuple(outcomes), (), "closed_loop_3s", voltages)
 
 
-def _fly_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[list[Array], float, float]:
-    """Errors (n, 3) [rad] of all stretches of a log, root mean square of those of the voltages [V], and the period [s].
-
-    The period is that of a state feedback, over which the logged voltages are averaged; a PID takes the log's.
-    """
+def _simulate_log(log: Log, plant: PlantParameters, settings: Settings) -> tuple[list[Array], float, float]:
+    """Return errors (n, 3) [rad] of the parts of a log, rms error of the voltages [V], and period [s]."""
     period = settings.period if isinstance(settings, FeedbackSettings) else log.step
     every = round(period / log.step)
     refuse(
@@ -229,21 +229,22 @@ def _fly_again(log: Log, plant: PlantParameters, settings: Settings) -> tuple[li
         f"log {log.name} is sampled every {log.step:g} s and this controller every {period:g} s; the controller's "
         "period must be a multiple of the log's.",
     )
+    # a state feedback's period may be a multiple of the log's; the voltages are averaged over it
     count, period = log.samples // every, every * log.step
     voltages = log.voltages[: count * every].reshape(count, every, 2).mean(axis=1)
     zero = np.zeros(log.samples)
-    asked_for = np.column_stack([log.references.get(axis, zero) for axis in AXES])
-    measured, references = (signals[::every][:count] for signals in (log.angles, asked_for))
+    log_references = np.column_stack([log.references.get(axis, zero) for axis in AXES])
+    measured, references = (signals[::every][:count] for signals in (log.angles, log_references))
     lagged = lag_voltages(voltages, period, plant)
-    length, asked, errors = round(AHEAD / period), np.empty_like(voltages), list[Array]()
+    length, commanded, errors = round(AHEAD / period), np.empty_like(voltages), list[Array]()
     memory = start_controller(settings, *measured[0].tolist())
-    for k, (own, wanted) in enumerate(zip(measured.tolist(), references.tolist(), strict=True)):
+    for k in range(count):
         if k in range(length, count - length, length):
             part, (front, rear), (nu_front, nu_rear) = slice(k, k + length), voltages[k].tolist(), lagged[k].tolist()
             state = PlantState(*map(float, record_start(measured[part], voltages[part], period)))
             state = state._replace(nu_front=nu_front, nu_rear=nu_rear)
             angles, _ = fly(plant, settings, references[part], state, (front, rear), period, memory)
             errors.append(angles - measured[part])
-        memory, asked[k] = step_controller(settings, memory, own, wanted, period)
+        memory, commanded[k] = step_controller(settings, memory, measured[k].tolist(), references[k].tolist(), period)
     refuse(not errors, f"log {log.name} lasts {log.duration:.3g} s; to be flown again it needs {3 * AHEAD:g} s.")
-    return errors, float(np.sqrt(np.mean((asked[:-1] - voltages[1:]) ** 2))), period
+    return errors, float(np.sqrt(np.mean((commanded[:-1] - voltages[1:]) ** 2))), period

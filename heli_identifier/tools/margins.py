@@ -1,7 +1,7 @@
 """A sampled controller around the linear plant: closed loop, margins of each loop and of both at once.
 
-The controller is a linear system within its limits, so differences of its own step give its matrices exactly. Its
-voltages appear one period after the angles they follow from and reach the motors after the plant's input delay d.
+The controller is a linear system within its limits, so differences of its step function give its matrices exactly. Its
+voltages appear one period after the angles that they react to, and reach the motors after the plant's input delay d.
 
 For the margins the loop is cut at one actuator, the voltages' difference (pitch) or their sum (elevation), while the
 other loop stays closed. With P(z) the sampled plant from (v_f - v_r, v_f + v_r) to the angles and K(z) the controller,
@@ -18,8 +18,8 @@ t = abs(M_11)^2 + abs(M_22)^2 + 2 abs(M_12 M_21). It then allows any gain up to 
 to 2 atan(alpha / 2).
 
 Sources: P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78 (disk margins); J. Doyle, IEE Proc. D 129
-(1982) 242, for mu as a bound over scalings, which for two numbers is exact and least where both off-diagonal entries
-have one size.
+(1982) 242, for mu as a bound over scalings. For two numbers the bound is exact, and smallest where both off-diagonal
+entries have the same size.
 """
 
 from contextlib import suppress
@@ -41,10 +41,10 @@ from heli_plant.parameters import PlantParameters, from_names
 from heli_plant.state_feedback import MOST_DELAY, Angles, FeedbackSettings, Rotors
 
 Responses = NDArray[Any]  # frequency responses, complex
-LOOPS = ("pitch", "elevation")  # loops, in the order of the channels: difference and sum of the voltages
+LOOPS = ("pitch", "elevation")  # in the order of the channels: difference and sum of the voltages
 TO_ROTORS = np.array([[0.5, 0.5], [-0.5, 0.5]])  # (v_front, v_rear) from difference and sum of the voltages
 _UNLIMITED = 1e9  # limit [V] and [rad] that is never reached
-_NOTHING = 1e-12  # entry of a sampled matrix below which it is rounding
+_ROUNDING = 1e-12  # largest size of an entry of a sampled matrix that is due to rounding
 
 
 @lru_cache(maxsize=8)
@@ -53,33 +53,33 @@ def controller_system(settings: Settings, period: float) -> StateSpace:
 
     States are those of its step, inputs the measured angles and their references [rad], outputs v_front and v_rear [V].
     """
-    free: Settings
+    linear: Settings
     if isinstance(settings, PidSettings):
-        free = settings._replace(voltage_limit=_UNLIMITED, pitch_limit=_UNLIMITED)
+        linear = settings._replace(voltage_limit=_UNLIMITED, pitch_limit=_UNLIMITED)
     else:
-        free = settings._replace(voltage_limit=_UNLIMITED, point=Angles(), hover=Rotors(), period=period)
-    empty = start_controller(free, 0.0, 0.0, 0.0)
+        linear = settings._replace(voltage_limit=_UNLIMITED, point=Angles(), hover=Rotors(), period=period)
+    empty = start_controller(linear, 0.0, 0.0, 0.0)
     size = n = sum(np.ravel(part).size for part in empty)
-    if isinstance(free, FeedbackSettings):
-        n -= 2 * (MOST_DELAY - free.delay)  # older voltages are kept, but never looked at
+    if isinstance(linear, FeedbackSettings):
+        n -= 2 * (MOST_DELAY - linear.delay)  # older voltages are stored, but never used
 
-    def after(row: list[float]) -> Array:
+    def step(row: list[float]) -> Array:
         memory = _fill_numbers(empty, [*row[:n], *[0.0] * (size - n)])
-        memory, voltages = step_controller(free, memory, row[n : n + 3], row[n + 3 :], period)
+        memory, voltages = step_controller(linear, memory, row[n : n + 3], row[n + 3 :], period)
         numbers = np.hstack([np.ravel(part) for part in memory])
         return np.concatenate((numbers[:n], voltages))
 
-    base = after([0.0] * (n + 6))
-    slope = np.column_stack([after(row) - base for row in np.eye(n + 6).tolist()])
-    return ss(slope[:n, :n], slope[:n, n:], slope[n:, :n], slope[n:, n:], period)
+    base = step([0.0] * (n + 6))
+    slopes = np.column_stack([step(row) - base for row in np.eye(n + 6).tolist()])
+    return ss(slopes[:n, :n], slopes[:n, n:], slopes[n:, :n], slopes[n:, n:], period)
 
 
-def _fill_numbers(like: Any, numbers: list[float]) -> Any:
-    """Tuples such as ``like`` with the first of other numbers in them, which are taken off the list."""
-    if not isinstance(like, tuple):
+def _fill_numbers(template: Any, numbers: list[float]) -> Any:
+    """Return nested tuples like ``template`` with other numbers, which are removed from the list."""
+    if not isinstance(template, tuple):
         return numbers.pop(0)
-    parts = [_fill_numbers(part, numbers) for part in like]
-    return like._make(parts) if hasattr(like, "_make") else tuple(parts)
+    parts = [_fill_numbers(part, numbers) for part in template]
+    return template._make(parts) if hasattr(template, "_make") else tuple(parts)
 
 
 def close_loop(model: LinearModel, settings: Settings) -> StateSpace:
@@ -90,46 +90,47 @@ def close_loop(model: LinearModel, settings: Settings) -> StateSpace:
     """
     plant = model.sampled
     periods = 1 + round(model.plant.input_delay_rotors / plant.dt)
-    n, one, nothing = 2 * periods, np.eye(3), np.zeros((3, 3))
+    n, one, zero = 2 * periods, np.eye(3), np.zeros((3, 3))
     delay = ss(np.eye(n, k=-2), np.eye(n, 2), np.eye(n)[-2:], np.zeros((2, 2)), plant.dt)
     loads, references = (ss([], [], [], np.eye(size), plant.dt) for size in (2, 3))
-    # From references, loads and the controller's voltages to references and angles, then to angles and what it hears.
-    driven = append(references, plant * np.hstack((TO_ROTORS, np.eye(2))) * append(loads, delay))
-    heard = np.block([[nothing, one], [nothing, one], [one, nothing]]) * driven
-    return heard.lft(controller_system(settings, plant.dt), 2, 6)
+    # From references, loads and the controller's voltages to references and angles, ...
+    open_loop = append(references, plant * np.hstack((TO_ROTORS, np.eye(2))) * append(loads, delay))
+    # ... and from these to the angles, and to the angles and references that the controller reads.
+    with_controller_inputs = np.block([[zero, one], [zero, one], [one, zero]]) * open_loop
+    return with_controller_inputs.lft(controller_system(settings, plant.dt), 2, 6)
 
 
 def is_stable(loop: StateSpace) -> bool:
     """Whether all modes decay; states on which no other state depends, such as the travel, are left out."""
-    acting = list(range(loop.nstates))
-    while idle := [i for i in acting if not any(abs(loop.A[j, i]) > _NOTHING for j in acting if j != i)]:
-        acting = [i for i in acting if i not in idle]
-    return bool(np.abs(np.linalg.eigvals(loop.A[np.ix_(acting, acting)])).max() < 1.0)
+    states = list(range(loop.nstates))
+    while idle := [i for i in states if not any(abs(loop.A[j, i]) > _ROUNDING for j in states if j != i)]:
+        states = [i for i in states if i not in idle]
+    return bool(np.abs(np.linalg.eigvals(loop.A[np.ix_(states, states)])).max() < 1.0)
 
 
 def unit_step(loop: StateSpace, drive: int, steps: int) -> Array:
     """Return the outputs (steps, 3) of a loop from rest under a constant 1 on the input of index ``drive``.
 
-    Step j m + i is C A^i times the state of step j m, with m about the root of ``steps``; no other states are computed.
-    The exponent of A doubles with each product.
+    The output at step j m + i is C A^i times the state at step j m, with m about the root of ``steps``; only these
+    states are computed. The exponent of A doubles with each product.
     """
     n = loop.nstates
     power = np.block([[loop.A, loop.B[:, [drive]]], [np.zeros((1, n)), np.ones((1, 1))]])
-    seen, path = np.hstack((loop.C, np.zeros((loop.noutputs, 1))))[None], np.eye(n + 1)[:, n:]
-    while len(seen) ** 2 < steps:
-        seen = np.concatenate((seen, seen @ power))
+    outputs, states = np.hstack((loop.C, np.zeros((loop.noutputs, 1))))[None], np.eye(n + 1)[:, n:]
+    while len(outputs) ** 2 < steps:
+        outputs = np.concatenate((outputs, outputs @ power))
         power = power @ power
-    while len(seen) * path.shape[1] < steps:
-        path = np.hstack((path, power @ path))
+    while len(outputs) * states.shape[1] < steps:
+        states = np.hstack((states, power @ states))
         power = power @ power
-    return np.moveaxis(seen @ path, 2, 0).reshape(-1, loop.noutputs)[:steps]
+    return np.moveaxis(outputs @ states, 2, 0).reshape(-1, loop.noutputs)[:steps]
 
 
 class Margins(NamedTuple):
     """Margins of one loop.
 
-    ``gain`` is the factor by which the loop gain may grow, infinite if any; ``phase`` [deg]; ``sensitivity`` the peak
-    of abs(1/(1 + l)); ``crossover`` the highest frequency [rad/s] of unit gain.
+    ``gain`` is the factor by which the loop gain may grow, infinite without a limit; ``phase`` [deg]; ``sensitivity``
+    the peak of abs(1/(1 + l)); ``crossover`` the highest frequency [rad/s] of unit gain.
     """
 
     gain: float
@@ -141,21 +142,23 @@ class Margins(NamedTuple):
 def loop_margins(gain: Responses, omega: Array) -> Margins:
     """Return the margins of a loop gain (N,) of negative feedback at growing frequencies ``omega`` (N,) [rad/s].
 
-    Between two frequencies, 2 % apart in :func:`frequencies`, the gain is interpolated: figures are good to 1e-3.
+    Between two frequencies, 2 % apart in :func:`frequencies`, the gain is interpolated: margins are accurate to 1e-3.
     """
     before, after, size = gain[:-1], gain[1:], np.log(np.abs(gain))
-    over = np.flatnonzero((before.imag > 0.0) != (after.imag > 0.0))
-    share = before.imag[over] / (before.imag[over] - after.imag[over])
-    real = before.real[over] + share * (after.real[over] - before.real[over])
+    real_crossing = np.flatnonzero((before.imag > 0.0) != (after.imag > 0.0))
+    share = before.imag[real_crossing] / (before.imag[real_crossing] - after.imag[real_crossing])
+    real = before.real[real_crossing] + share * (after.real[real_crossing] - before.real[real_crossing])
     factors = -1.0 / real[real < 0.0]
-    unit = np.flatnonzero((size[:-1] > 0.0) != (size[1:] > 0.0))
-    share = size[unit] / (size[unit] - size[unit + 1])
-    phases = np.abs(np.angle(-before[unit] * np.exp(1j * share * np.angle(after[unit] / before[unit])), deg=True))
+    unit_gain = np.flatnonzero((size[:-1] > 0.0) != (size[1:] > 0.0))
+    share = size[unit_gain] / (size[unit_gain] - size[unit_gain + 1])
+    turn = np.angle(after[unit_gain] / before[unit_gain])
+    phases = np.abs(np.angle(-before[unit_gain] * np.exp(1j * share * turn), deg=True))
+    crossovers = omega[unit_gain] * (omega[unit_gain + 1] / omega[unit_gain]) ** share
     return Margins(
         float(min(factors[factors > 1.0], default=np.inf)),
         float(min(phases, default=np.inf)),
         float(np.max(1.0 / np.abs(1.0 + gain))),
-        float(max(omega[unit] * (omega[unit + 1] / omega[unit]) ** share, default=np.nan)),
+        float(max(crossovers, default=np.nan)),
     )
 
 
@@ -174,9 +177,9 @@ def plant_response(model: LinearModel, omega: Array) -> Responses:
 
 def controller_response(settings: Settings, period: float, omega: Array) -> Responses:
     """Return the response (N, 2, 3) from the angles to (difference, sum) of the voltages."""
-    pid = controller_system(settings, period)
-    heard = _response(pid.A, pid.B[:, :3], pid.C, np.exp(1j * omega * period)) + pid.D[:, :3]
-    return np.linalg.inv(TO_ROTORS) @ heard
+    system = controller_system(settings, period)
+    response = _response(system.A, system.B[:, :3], system.C, np.exp(1j * omega * period)) + system.D[:, :3]
+    return np.linalg.inv(TO_ROTORS) @ response
 
 
 def _response(A: NDArray[Any], B: NDArray[Any], C: NDArray[Any], z: Responses) -> Responses:
@@ -184,16 +187,16 @@ def _response(A: NDArray[Any], B: NDArray[Any], C: NDArray[Any], z: Responses) -
     return C @ np.linalg.solve(z[:, None, None] * np.eye(len(A)) - A, np.broadcast_to(B, (len(z), *B.shape)))
 
 
-def loop_gain(plant: Responses, law: Responses, loop: int) -> Responses:
-    """Return the gain (..., N) of one loop under negative feedback, the other one closed; (...) as in ``plant``."""
-    L, other = law @ plant, 1 - loop
-    through = L[..., loop, other] * L[..., other, loop] / (1.0 - L[..., other, other])
-    return -(L[..., loop, loop] + through)
+def loop_gain(plant: Responses, controller: Responses, loop: int) -> Responses:
+    """Return the gain (..., N) of one loop under negative feedback, with the other closed; (...) as in ``plant``."""
+    L, other = controller @ plant, 1 - loop
+    through_other = L[..., loop, other] * L[..., other, loop] / (1.0 - L[..., other, other])
+    return -(L[..., loop, loop] + through_other)
 
 
-def disk_margins(plants: Responses, law: Responses) -> Array:
-    """Return the disk margin (M,) at both actuators at once of a controller around each of many plants (M, N, 3, 2)."""
-    S = np.linalg.inv(np.eye(2) - law @ plants)
+def disk_margins(plants: Responses, controller: Responses) -> Array:
+    """Return the disk margins (M,) at both actuators at once of a controller around each of M plants (M, N, 3, 2)."""
+    S = np.linalg.inv(np.eye(2) - controller @ plants)
     M = S - 0.5 * np.eye(2)
     total = np.abs(M[..., 0, 0]) ** 2 + np.abs(M[..., 1, 1]) ** 2 + 2.0 * np.abs(M[..., 0, 1] * M[..., 1, 0])
     mu = np.sqrt(0.5 * (total + np.sqrt(np.maximum(total**2 - 4.0 * np.abs(np.linalg.det(M)) ** 2, 0.0))))
@@ -202,10 +205,10 @@ def disk_margins(plants: Responses, law: Responses) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Plants:
-    """The estimated plant at an operating point, and M ``drawn`` plants that the data allow, each at its own.
+    """The estimated plant at an operating point, and M ``drawn`` plants that the data allow, each at its own point.
 
     ``responses`` (M + 1, N, 3, 2) are :func:`plant_response` of the estimated and the drawn plants at the frequencies
-    ``omega`` (N,) [rad/s]; ``notes`` say what was drawn from its prior, and how many plants were left out.
+    ``omega`` (N,) [rad/s]; ``notes`` say which values were drawn from priors, and how many plants were left out.
     """
 
     model: LinearModel
@@ -223,9 +226,9 @@ def draw_plants(parameters: ParameterSet, count: int) -> list[PlantParameters]:
 def allowed_plants(
     parameters: ParameterSet, pitch: float | None, elevation: float, period: float, draws: int, progress: Progress
 ) -> Plants:
-    """Linearise the estimated plant and drawn ones, each at its own equilibrium.
+    """Linearise the estimated plant and drawn plants, each at its own equilibrium.
 
-    ConfigurationError if the estimated plant has no equilibrium, or none of the drawn ones has one.
+    ConfigurationError if the estimated plant has no equilibrium, or no drawn plant has one.
     """
     model, drawn = linear_model(parameters.plant(), pitch, elevation, period), list[LinearModel]()
     for number, plant in enumerate(draw_plants(parameters, draws)):
@@ -234,9 +237,9 @@ def allowed_plants(
             drawn.append(linear_model(plant, pitch, elevation, period))
     at = f"pitch {model.point.pitch:g} rad, elevation {elevation:g} rad; choose a point nearer to rest."
     refuse(not drawn, f"none of {draws} plants that the data allow has an equilibrium at {at}")
-    omega, fallen = frequencies(period), draws - len(drawn)
-    responses = np.array([plant_response(one, omega) for one in (model, *drawn)])
+    omega = frequencies(period)
+    responses = np.array([plant_response(linear, omega) for linear in (model, *drawn)])
     notes = [parameters.drawn_from_prior] if parameters.drawn_from_prior else []
-    if fallen:
-        notes.append(f"{fallen} of {draws} plants that the data allow have no equilibrium there")
+    if missing := draws - len(drawn):
+        notes.append(f"{missing} of {draws} plants that the data allow have no equilibrium there")
     return Plants(model, tuple(drawn), omega, responses, tuple(notes))

@@ -9,14 +9,14 @@ with the mean mu of the make, the spread tau between its rigs, and
     Q(tau) = sum w_i (y_i - m)^2,   m = sum w_i y_i / sum w_i,   w_i = 1 / (s_i^2 + tau^2).
 
 * Q(tau) falls with tau, and at the true tau it is chi-squared with k - 1 degrees of freedom for k rigs. So every
-  quantile q of that distribution gives one tau, by Q(tau) = q: its mean k - 1 the estimate (Paule and Mandel 1982;
-  DerSimonian and Kacker 2007, eq. 10), its outer quantiles the interval (the Q profile of Viechtbauer 2007), and all of
-  them the confidence distribution of tau.
+  value q of that distribution gives one tau, by Q(tau) = q. The mean k - 1 gives the estimate (Paule and Mandel 1982;
+  DerSimonian and Kacker 2007, eq. 10), the outer quantiles give the interval (the Q profile of Viechtbauer 2007), and
+  all quantiles together give the confidence distribution of tau.
 * The variance of the mean is max(1, q) / sum w_i with q = Q(tau) / (k - 1), and its quantiles are those of Student's t
-  with k - 1 degrees of freedom (Hartung and Knapp 2001). The lower bound of 1 keeps a few rigs that agree by chance
-  from giving too short an interval (Röver, Knapp and Friede 2015).
+  with k - 1 degrees of freedom (Hartung and Knapp 2001). The lower bound of 1 keeps the interval of a few rigs that
+  agree by chance from being too short (Röver, Knapp and Friede 2015).
 * Q(0) tests whether all rigs have one value (Cochran 1954). I^2 = max(0, 1 - (k - 1) / Q(0)) is the share of the
-  variance of the estimates that the rigs' differences make (Higgins and Thompson 2002, eq. 10).
+  variance of the estimates that comes from differences between the rigs (Higgins and Thompson 2002, eq. 10).
 * Given tau, the value of a further rig is normal about m with the variance tau^2 + 1 / sum w_i. Its interval holds the
   middle of the mixture over the confidence distribution of tau (after Nagashima, Noma and Furukawa 2019). The interval
   with the estimated tau alone (Higgins, Thompson and Spiegelhalter 2009) holds the value in only 86 % where tau is half
@@ -34,10 +34,10 @@ from scipy.stats import chi2, norm, t
 LEVEL = 0.95  # probability of all intervals
 
 LARGEST_LIKE_SPREAD = 0.5
-"""Spread over the size of the mean up to which coefficients are alike: 97.7 % of those of a normal distribution then
-have the sign of the mean."""
+"""Largest spread of coefficients that are alike, over the size of their mean: 97.7 % of a normal distribution then have
+the sign of the mean."""
 
-HOMOGENEOUS = 0.05  # probability of Cochran's test below which the rigs do not have like coefficients
+HOMOGENEOUS = 0.05  # least probability by Cochran's test of rigs whose coefficients are alike
 QUANTILES = 41  # of the confidence distribution of tau, from which a prediction interval is made
 Values = NDArray[np.float64]
 
@@ -46,10 +46,10 @@ Values = NDArray[np.float64]
 class Pooled:
     """The random-effects mean of one coefficient over k ``rigs``, in the unit of the coefficient, intervals of 95 %.
 
-    ``p`` is the two-sided probability of such a mean if the true one is zero, whatever the spread; ``none_p`` that of
-    such estimates if no rig has the effect: of the fixed-effect mean over its standard error, a normal variable. It is
-    far smaller than p where the rigs are few, as it does without the spread. ``spread`` is tau, ``prediction`` holds
-    the true value of a further rig (None for two rigs, whose interval says nothing), ``Q`` and ``Q_p`` are Cochran's
+    ``p`` is the two-sided probability of such a mean if the true mean is zero, whatever the spread. ``none_p`` is the
+    probability of such estimates if no rig has the effect, from the fixed-effect mean over its standard error; with few
+    rigs it is far smaller than ``p``, because it knows no spread. ``spread`` is tau. ``prediction`` is the interval of
+    the true value of a further rig, None for two rigs, which say nothing about it. ``Q`` and ``Q_p`` are Cochran's
     test, ``I2`` is 0 to 1.
     """
 
@@ -109,7 +109,7 @@ def weighted_mean(y: Values, s: Values, tau: float) -> tuple[float, float, float
 
 
 def solve_spread(y: Values, s: Values, q: float) -> float:
-    """Solve Q(tau) = q; 0 where already Q(0) is at most q."""
+    """Solve Q(tau) = q for tau; 0 if Q(0) is at most q."""
     if weighted_mean(y, s, 0.0)[1] <= q:
         return 0.0
     high = float(np.sqrt(np.sum((y - y.mean()) ** 2) / q))  # there Q <= sum (y - mean)^2 / tau^2 = q
@@ -117,13 +117,13 @@ def solve_spread(y: Values, s: Values, q: float) -> float:
 
 
 def prediction_interval(y: Values, s: Values) -> tuple[float, float]:
-    """Give the 95 % interval of the true value of a further rig."""
+    """Return the 95 % interval of the true value of a further rig."""
     tau = np.array([solve_spread(y, s, q) for q in chi2.isf((np.arange(QUANTILES) + 0.5) / QUANTILES, len(y) - 1)])
-    m, _, precision = np.transpose([weighted_mean(y, s, own) for own in tau])
+    m, _, precision = np.transpose([weighted_mean(y, s, spread) for spread in tau])
     deviation = np.sqrt(tau**2 + 1.0 / precision)
-    ends = float((m - 10.0 * deviation).min()), float((m + 10.0 * deviation).max())
+    bracket = float((m - 10.0 * deviation).min()), float((m + 10.0 * deviation).max())
 
-    def end(probability: float) -> float:
-        return float(brentq(lambda x: norm.cdf((x - m) / deviation).mean() - probability, *ends))
+    def quantile(probability: float) -> float:
+        return float(brentq(lambda x: norm.cdf((x - m) / deviation).mean() - probability, *bracket))
 
-    return end(0.5 - 0.5 * LEVEL), end(0.5 + 0.5 * LEVEL)
+    return quantile(0.5 - 0.5 * LEVEL), quantile(0.5 + 0.5 * LEVEL)

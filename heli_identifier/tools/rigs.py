@@ -25,16 +25,16 @@ from heli_identifier.results import Diagnosis, diagnose, to_plain
 from heli_identifier.tracing import DiagnosisSettings, FoundEffect
 from heli_plant.effects import AXES, CATALOGUE
 
-ENDINGS = (".csv", ".mat")  # endings of logs, packed by gzip or not; other files in a rig's folder are left alone
-HELD_OUT = "held"  # a log whose name begins so is held out
+ENDINGS = (".csv", ".mat")  # endings of logs, also with .gz behind them; other files in a rig's folder are ignored
+HELD_OUT = "held"  # a log whose name starts with this is held out
 TRAINING_SHARE = 2.0 / 3.0  # share of a single log that is fitted to; the rest is held out
 
-TRUE = {
+TRUTH_NAMES = {
     *ModelParameters._fields,
     *(f"{effect.name} {effect.axis}" for effect in CATALOGUE),
     *(f"unknown {axis}" for axis in AXES),
 }
-"""Names of what may be true of a generated rig."""
+"""Names of the true values of a generated rig."""
 
 SHORTEST_TO_SPLIT = 25.0
 """Length [s] from which a single log is split: its last third has the 8 s that a diagnosis needs."""
@@ -42,70 +42,70 @@ SHORTEST_TO_SPLIT = 25.0
 
 @dataclass(frozen=True)
 class Rig:
-    """The data set of one rig: logs to fit and to search in, and held-out ones; ConfigurationError without either."""
+    """The data set of one rig: training logs and held-out logs; ConfigurationError if one of them is missing."""
 
     training: tuple[Log, ...]
     held_out: tuple[Log, ...]
     truth: Mapping[str, float | None] | None = None
     """True values, which the diagnosis does not get: of parameters by the paper's symbol, of coefficients by effect and
-    axis, "dry_friction pitch". None for what cannot be compared, as "unknown pitch", a torque that no catalogue has."""
+    axis, "dry_friction pitch". None if a value cannot be compared, as for "unknown pitch", a torque of no catalogue."""
     configuration: RigConfiguration | None = None
-    """What else is known of the rig; with None the settings of the campaign or the fleet apply."""
+    """The rig's own configuration; with None the settings of the campaign or the fleet apply."""
     note: str = ""
-    """What was held out where no log is named so."""
+    """What was held out if the names of the logs do not say so."""
     left_out: tuple[str, ...] = ()
-    """Why logs of its folder are not used."""
+    """Why logs in its folder are not used."""
 
     def __post_init__(self) -> None:
         for name in ("training", "held_out"):
             logs = tuple(getattr(self, name))
-            of_logs = bool(logs) and all(isinstance(log, Log) for log in logs)
-            refuse(not of_logs, f"rig.{name} = {logs!r} must hold one or more logs.")
+            valid = bool(logs) and all(isinstance(log, Log) for log in logs)
+            refuse(not valid, f"rig.{name} = {logs!r} must hold one or more logs.")
             object.__setattr__(self, name, logs)
-        if foreign := set(self.truth or ()) - TRUE:
+        if unknown := set(self.truth or ()) - TRUTH_NAMES:
             raise ConfigurationError(
-                f"rig.truth names {foreign.pop()!r}, which is neither a parameter nor an effect on an axis as `heli "
+                f"rig.truth names {unknown.pop()!r}, which is neither a parameter nor an effect on an axis as `heli "
                 "effects` lists them, such as 'dry_friction pitch'; a torque of no catalogue is 'unknown pitch'."
             )
 
     def diagnose(self, settings: DiagnosisSettings | None = None, **options: Any) -> Diagnosis:
         """Diagnose it; its own configuration overrides the settings, and the notes say which logs are left out."""
-        own = settings if self.configuration is None else DiagnosisSettings.from_rig(self.configuration)
-        found = diagnose(self.training, held_out=self.held_out, settings=own or DiagnosisSettings(), **options)
-        return replace(found, notes=(*self.left_out, *found.notes))
+        used = settings if self.configuration is None else DiagnosisSettings.from_rig(self.configuration)
+        diagnosis = diagnose(self.training, held_out=self.held_out, settings=used or DiagnosisSettings(), **options)
+        return replace(diagnosis, notes=(*self.left_out, *diagnosis.notes))
 
 
-def summary_of(rig: str, found: Diagnosis) -> dict[str, Any]:
-    """Give what fleets and campaigns keep of the diagnosis of a rig, as values for JSON."""
+def summarise_diagnosis(rig: str, diagnosis: Diagnosis) -> dict[str, Any]:
+    """Give the part of a rig's diagnosis that fleets and campaigns keep, as values for JSON."""
     stages = ("before", "after", "noise_floor")
     return to_plain(
         {
             "rig": rig,
-            "verdict": found.verdict,
-            "closed_loop": found.closed_loop,
-            "effects": [_entry(own) for own in found.effects],
-            "possible": [_entry(own) for own in found.possible],
-            "use": {axis: report.use for axis, report in found.axes.items()},
-            "held_out_nats": found.held_out.gain.value,
+            "verdict": diagnosis.verdict,
+            "closed_loop": diagnosis.closed_loop,
+            "effects": [_summarise_effect(effect) for effect in diagnosis.effects],
+            "possible": [_summarise_effect(effect) for effect in diagnosis.possible],
+            "use": {axis: report.use for axis, report in diagnosis.axes.items()},
+            "held_out_nats": diagnosis.held_out.gain.value,
             "prediction_1s_rad": {
                 axis: {stage: getattr(report, stage).prediction_1s.value for stage in stages}
-                for axis, report in found.axes.items()
+                for axis, report in diagnosis.axes.items()
             },
-            "parameters": found.parameters_after,
-            "data": [{"file": own.file, "sha256": own.sha256, "used_for": own.used_for} for own in found.data],
-            "notes": found.notes,
-            "seconds": found.seconds,
+            "parameters": diagnosis.parameters_after,
+            "data": [{"file": log.file, "sha256": log.sha256, "used_for": log.used_for} for log in diagnosis.data],
+            "notes": diagnosis.notes,
+            "seconds": diagnosis.seconds,
         }
     )
 
 
-def _entry(found: FoundEffect) -> dict[str, Any]:
+def _summarise_effect(effect: FoundEffect) -> dict[str, Any]:
     keys = ("name", "axis", "verdict", "score", "in_plant", "coefficient", "alternatives")
-    return {**{key: getattr(found, key) for key in keys}, "variable": getattr(found.shape, "variable", None)}
+    return {**{key: getattr(effect, key) for key in keys}, "variable": getattr(effect.shape, "variable", None)}
 
 
 class Source(NamedTuple):
-    """One ``rig`` of a unique name, and functions that load its logs and give a digest of these or of their maker."""
+    """The unique name of a ``rig``, a function that loads its logs, and one that gives a digest of their content."""
 
     rig: str
     load: Callable[..., Rig]
@@ -113,9 +113,10 @@ class Source(NamedTuple):
 
 
 def split_logs(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[Log, ...], str]:
-    """Give training and held-out logs; without any of the latter hold back the last log, or the end of a single one.
+    """Return training logs, held-out logs, and a note on what was held out here.
 
-    The note says what was held back. LogError if a single log does not move or is too short.
+    Without held-out logs the last log is held out, or the last third of a single log. LogError if a single log does
+    not move or is too short.
     """
     *others, last = training
     if held_out:
@@ -132,9 +133,9 @@ def split_logs(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[tuple[
     for first, stop in ((0, count), (count, last.samples)):
         begin, end = (last.start + k * last.step for k in (first, stop - 1))
         note = f"here {begin:g} s to {end:g} s of it ({stop - first} of {last.samples} rows)"
-        own: dict[str, Any] = {name: getattr(last, name)[first:stop] for name in ("voltages", "angles")}
-        asked = {axis: values[first:stop] for axis, values in last.references.items()}
-        parts.append(replace(last, **own, references=asked, start=begin, notes=(*last.notes, note)))
+        signals: dict[str, Any] = {name: getattr(last, name)[first:stop] for name in ("voltages", "angles")}
+        references = {axis: values[first:stop] for axis, values in last.references.items()}
+        parts.append(replace(last, **signals, references=references, start=begin, notes=(*last.notes, note)))
     training_part, rest = parts
     rest = replace(rest, name=f"{last.name} from {rest.start:.4g} s")
     return (training_part,), (rest,), f"held out: the last third of {last.path}, from {rest.start:.4g} s on"
@@ -143,10 +144,10 @@ def split_logs(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[tuple[
 def rig_folders(
     folders: Sequence[str | PathLike[str]], configuration: str | PathLike[str] | None = None
 ) -> list[Source]:
-    """Find the logs of the rigs of a fleet, a folder for each.
+    """Find the logs of the rigs of a fleet; each rig has a folder.
 
-    ``configuration`` is the heli.toml of the rigs that have none beside their logs. ConfigurationError if there are
-    fewer than two folders, one is given twice, is missing, or has no log to fit to.
+    ``configuration`` is the heli.toml for rigs that have none in their folder. ConfigurationError if there are fewer
+    than two folders, or if a folder is given twice, is missing, or has no log to fit to.
     """
     paths = [Path(folder).resolve() for folder in folders]
     for folder, path in zip(folders, paths, strict=True):
@@ -154,9 +155,9 @@ def rig_folders(
         refuse(paths.count(path) > 1, f"{folder} is given {paths.count(path)} times; name each rig once.")
     count, advice = len(paths), "`heli diagnose` is for the logs of one rig."
     refuse(count < 2, f"a fleet needs two rigs or more, {count} given; {advice}")
-    found = Counter(path.name for path in paths)
-    names = [path.name if found[path.name] == 1 else str(own) for own, path in zip(folders, paths, strict=True)]
-    return [rig_folder(Path(own), name, configuration) for own, name in zip(folders, names, strict=True)]
+    counts = Counter(path.name for path in paths)
+    names = [path.name if counts[path.name] == 1 else str(folder) for folder, path in zip(folders, paths, strict=True)]
+    return [rig_folder(Path(folder), name, configuration) for folder, name in zip(folders, names, strict=True)]
 
 
 def find_rigs(folder: str | PathLike[str], configuration: str | PathLike[str] | None = None) -> list[Source]:
@@ -165,28 +166,28 @@ def find_rigs(folder: str | PathLike[str], configuration: str | PathLike[str] | 
     ConfigurationError if the folder is missing, no sub-folder holds a log, or one holds none to fit to.
     """
     refuse(not Path(folder).is_dir(), f"{folder} is no folder; name one with a sub-folder for each rig.")
-    below = sorted(Path(folder).resolve().iterdir())  # workers run in another folder
+    paths = sorted(Path(folder).resolve().iterdir())  # workers run in another folder
     shared = Path(configuration).resolve() if configuration else None
-    rigs = [rig_folder(path, path.name, shared) for path in below if path.is_dir() and _logs(path)]
+    rigs = [rig_folder(path, path.name, shared) for path in paths if path.is_dir() and _list_logs(path)]
     endings = " or ".join(ENDINGS)
     refuse(not rigs, f"no sub-folder of {folder} holds a log ({endings}); each rig needs one with its logs.")
     return rigs
 
 
 def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = None) -> Source:
-    """Find the logs of one rig, the held-out ones by their names; ConfigurationError if there is none to fit to."""
-    logs, own = _logs(folder), folder / CONFIGURATION_NAME
+    """Find the logs of one rig; names say which are held out. ConfigurationError if no log is left to fit to."""
+    logs, own_configuration = _list_logs(folder), folder / CONFIGURATION_NAME
     held_out = [path for path in logs if path.name.startswith(HELD_OUT)]
     training = [path for path in logs if path not in held_out]
     found = f"only {held_out[0].name}, which is held out" if held_out else "no log"
     advice = f"put the rig's logs there ({' or '.join(ENDINGS)}), one of them to fit to."
     refuse(not training, f"{folder} holds {found}; {advice}")
-    configuration = own if os.path.lexists(own) else Path(shared) if shared else None
+    configuration = own_configuration if os.path.lexists(own_configuration) else Path(shared) if shared else None
     files = (*training, *held_out, *([configuration] if configuration else ()))
     return Source(name, partial(_read_rig, training, held_out, configuration), partial(_digest, files))
 
 
-def _logs(folder: Path) -> list[Path]:
+def _list_logs(folder: Path) -> list[Path]:
     files = sorted(path for path in folder.iterdir() if path.is_file())
     return [path for path in files if path.name.lower().removesuffix(".gz").endswith(ENDINGS)]
 
@@ -195,38 +196,36 @@ def _read_rig(
     training: Sequence[Path], held_out: Sequence[Path], file: Path | None, start: float | None = None,
     end: float | None = None,
 ) -> Rig:  # fmt: skip
-    """Read the logs of a rig from ``start`` to ``end`` [s] in their own time, but those that cannot serve.
-
-    LogError as :func:`split_logs`, and if no log can be fitted to.
-    """
+    """Read the usable logs of a rig from ``start`` to ``end`` [s]; LogError if no log is left to fit to."""
     configuration = records.read_configuration(file) if file else None
-    form = (configuration or RigConfiguration()).format
-    logs, bad = dict[Path, Log](), dict[Path, LogError]()
+    log_format = (configuration or RigConfiguration()).format
+    usable, errors = dict[Path, Log](), dict[Path, LogError]()
     for path in (*training, *held_out):
         try:
-            records.check_moving([log := records.read_log(path, form, start, end)])
-            logs[path] = log
+            records.check_moving([log := records.read_log(path, log_format, start, end)])
+            usable[path] = log
         except LogError as error:
-            bad[path] = error
-    kept, held = ([logs[path] for path in paths if path in logs] for paths in (training, held_out))
-    if not kept:
-        raise bad[training[0]]
-    named = records.read_logs((*kept, *held))
-    first, rest, note = split_logs(named[: len(kept)], named[len(kept) :])
-    left_out = tuple(f"{path.name} is left out: {error}" for path, error in bad.items())
-    return Rig(first, rest, configuration=configuration, note=note, left_out=left_out)
+            errors[path] = error
+    to_fit, to_hold_out = ([usable[path] for path in paths if path in usable] for paths in (training, held_out))
+    if not to_fit:
+        raise errors[training[0]]
+    logs = records.read_logs((*to_fit, *to_hold_out))
+    training_logs, held_out_logs, note = split_logs(logs[: len(to_fit)], logs[len(to_fit) :])
+    left_out = tuple(f"{path.name} is left out: {error}" for path, error in errors.items())
+    return Rig(training_logs, held_out_logs, configuration=configuration, note=note, left_out=left_out)
 
 
 def generate_rigs(generator: str, count: int) -> list[Source]:
-    """Return ``count`` rigs that ``generator`` makes from the seeds 0, 1, ...
+    """Return ``count`` rigs that a generator makes from the seeds 0, 1, ...
 
-    The generator is "module:function" and takes one whole number. ConfigurationError if there is none, or no count.
+    ``generator`` is "module:function"; the function takes one whole number. ConfigurationError if it cannot be
+    imported, or ``count`` is less than 1.
     """
     refuse(count < 1, f"rigs = {count} must be at least 1.")
     import_function(generator)
-    made_by = source_digest((generator.partition(":")[0],))
+    code = source_digest((generator.partition(":")[0],))
     return [
-        Source(f"seed {seed}", partial(_make_rig, generator, seed), partial(str, f"{generator} {seed} {made_by}"))
+        Source(f"seed {seed}", partial(_make_rig, generator, seed), partial(str, f"{generator} {seed} {code}"))
         for seed in range(count)
     ]
 
@@ -239,35 +238,35 @@ def _make_rig(generator: str, seed: int) -> Rig:
 
 
 def import_function(name: str) -> Any:
-    """Import a function by "module:function"; ConfigurationError says why it cannot be had."""
+    """Import a function by "module:function"; ConfigurationError says why that fails."""
     module, _, function = name.partition(":")
     refuse(not (module and function), f"{name!r} must read module:function, for instance my_rigs:make.")
     try:
-        found = getattr(import_module(module), function, None)
+        imported = getattr(import_module(module), function, None)
     except (Exception, SystemExit) as error:  # whatever the user's own file does
         raise ConfigurationError(
             f"{name}: module {module} cannot be imported: {type(error).__name__}: {error}; mend it, or run from the "
             "folder that holds it."
         ) from error
-    refuse(not callable(found), f"{name}: module {module} has no function {function}.")
-    return found
+    refuse(not callable(imported), f"{name}: module {module} has no function {function}.")
+    return imported
 
 
 @cache
 def source_digest(modules: tuple[str, ...]) -> str:
-    """Return the digest of the source of modules, and of packages with everything in their folders; once a process."""
+    """Return the digest of the source of modules, and of packages with everything in their folders."""
     files: list[Path] = []
-    for module in modules:
-        found = import_module(module)
-        folders = getattr(found, "__path__", ())
+    for name in modules:
+        module = import_module(name)
+        folders = getattr(module, "__path__", ())
         files += [path for folder in folders for path in sorted(Path(folder).rglob("*.py"))]
-        if not folders and getattr(found, "__file__", None):
-            files.append(Path(str(found.__file__)))
+        if not folders and getattr(module, "__file__", None):
+            files.append(Path(str(module.__file__)))
     return _digest(files)
 
 
 def _digest(files: Iterable[Path]) -> str:
-    """Digest of the names and bytes of files."""
+    """Return a digest of the names and bytes of files."""
     digest = hashlib.sha256()
     for path in files:
         digest.update(path.name.encode() + hashlib.sha256(path.read_bytes()).digest())
