@@ -9,7 +9,7 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
-from fmu_src import SCENARIOS, MasterError
+from fmu_src import SCENARIOS, MasterError, WiringError
 from fmu_src.master import run, run_apart
 from heli_identifier.following import FollowPlan, FollowSettings, Sample, correct, start_correcting
 from heli_identifier.online import IdentifierSettings, output_of, prepare, start, step
@@ -146,6 +146,16 @@ def test_a_parameter_that_a_unit_does_not_have_or_take_is_named(ran):
     ):
         with pytest.raises(MasterError, match=said):
             ran("open_loop", 0.1, H, {name: value})
+
+
+def test_values_of_inputs_have_to_fit_the_scenario(ran):
+    for target, count, said in (
+        ("plnt.mass_position", 100, "plnt.mass_position is of no unit of scenario open_loop, which has"),
+        ("plant.v_front", 100, "plant.v_front is connected to exciter.v_front"),
+        ("plant.mass_position", 3, "has 3 values, 10 steps need as many"),
+    ):
+        with pytest.raises(WiringError, match=said):
+            ran("open_loop", 0.1, H, inputs={target: np.zeros(count)})
 
 
 def test_a_unit_that_refuses_to_terminate_costs_neither_results_nor_the_reason_of_a_failure(twins, monkeypatch):

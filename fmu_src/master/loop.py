@@ -68,7 +68,7 @@ def run(
         Parameters of further runs, on top of ``parameters``. Their units have to be native; they are loaded once and
         reset before every run. The result has bands of these runs, and the reasons of refused ones.
     inputs : mapping, optional
-        Values of unconnected inputs (``plant.v_front``) in all steps.
+        Values of unconnected inputs (``plant.v_front``), one for every step.
 
     Returns
     -------
@@ -88,6 +88,7 @@ def run(
         in_python = [name for name, unit in units.items() if unit.play is None]
         if variations and in_python:
             raise MasterError(f"many runs need native units; {in_python[0]} is none, build it with --native")
+        _check_inputs(inputs or {}, wiring, steps)
         wired = Wired(wiring, units, step, record, inputs or {})
         values = np.empty((steps + 1, len(wired.names)))
 
@@ -118,6 +119,19 @@ def run(
                     refused.append(str(problem))
             bands = _run_bands(varied[: len(variations) - len(refused)], tuple(refused))
     return Result(wired.names, wired.physical_units, time, nominal, seconds, bands)
+
+
+def _check_inputs(inputs: Mapping[str, Array], wiring: Scenario, steps: int) -> None:
+    """Refuse values for an unknown unit, for a connected input, or for too few steps."""
+    units = dict(wiring.units)
+    sources = {f"{c.target_unit}.{c.target}": f"{c.source_unit}.{c.source}" for c in wiring.connections}
+    for target, values in inputs.items():
+        if target.partition(".")[0] not in units:
+            raise WiringError(f"inputs: {target} is of no unit of scenario {wiring.name}, which has {', '.join(units)}")
+        if target in sources:
+            raise WiringError(f"inputs: {target} is connected to {sources[target]} in scenario {wiring.name}")
+        if len(values) < steps:
+            raise WiringError(f"inputs: {target} has {len(values)} values, {steps} steps need as many")
 
 
 def _run_bands(runs: Array, refused: tuple[str, ...]) -> Bands:
