@@ -77,11 +77,7 @@ def closed_loop(tuning: bool = False, setting: int | None = None, single: bool =
 
 
 def quiet(tuning: bool = False) -> None:
-    """Print how much the identifier calls determined in logs of 240 s, and how often it is wrong there.
-
-    Nobody moves the joystick at all, or nobody does after the first 60 s; counted are the rows of the histories from 20
-    s on, or from 90 s on.
-    """
+    """Print what is called determined, and is wrong, in logs of 240 s whose joystick rests, always or after 60 s."""
     rows, columns = [], [NAMES.index(name) for name in JUDGED]
     for noise, (title, until, first) in product((1.0, 0.0), (("never", -6.0, 20.0), ("for 60 s", 60.0, 90.0))):
         given = {"durations": (240.0, 240.0), "quiet_from": until, "noise": noise}

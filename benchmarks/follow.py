@@ -68,10 +68,7 @@ KINDS, UNCHANGED_KINDS = (*NAMES, "two", *STREAMS), ("none", FAULTY)
 
 
 def draw_initial_values(rig: FlownRig, rng: np.random.Generator) -> PlantParameters:
-    """Return the values with which a twin starts.
-
-    Their errors are those of a diagnosis: gains and stiffnesses 1 %, dampings .01 1/s, torques in hover .003 rad/s^2.
-    """
+    """Return the values with which a twin starts: off by what a diagnosis errs, gains 1 %, dampings .01 1/s."""
     c, (elevation, thrust) = rig.coefficients, rig.hover
     shares, offsets = 1.0 + 0.01 * rng.standard_normal(7), 0.01 * rng.standard_normal(3)
     scaled = ("a_e", "k_z", "a_th", "k_x", "a_lt", "k_y")
@@ -107,10 +104,7 @@ LIMIT, POWER, TESTS = 20.0, 0.95, 32
 
 
 def excited_until(kind: str, rows: Array, c: Coefficients, start: float, false_alarm_time: float) -> float | None:
-    """Return when 20 s of excited flight after a change at ``start`` [s] are over; None without a bar or such a time.
-
-    ``rows`` (N, 5) has voltages [V] and angles [rad], ``c`` the rig before the change, ``false_alarm_time`` is T [s].
-    """
+    """Return when 20 s of excited flight after ``start`` [s] are over, for ``rows`` (N, 5); None without a bar."""
     if kind not in TIMED_KINDS:
         return None
     axis, pitch, decay = TIMED_KINDS.index(kind) % 3, rows[:, 2], math.exp(-H / c.t_m)
@@ -190,8 +184,9 @@ def flight(half: int, seed: int, kind: str) -> list[Row]:
         row["told"] = error_with_values(begin, last, (*(getattr(p, field) for field in FIELDS), *stages[-1].shares))
     for event, before in adoptions:
         begin, last = event.time + 2.0, event.time + 62.0
-        is_first = before == plan.alone.values
-        old = rms(errors, begin, last, ALONE) if is_first else error_with_values(begin, last, before)
+        old = rms(errors, begin, last, ALONE)
+        if before != plan.alone.values:
+            old = error_with_values(begin, last, before)
         row["adoptions"].append([event.name, event.time, old, rms(errors, begin, last, TWIN)])
     texts = [f"{event.time:.1f} s {event.what} {event.name}" for event in events]
     return [row | {"line": f"{kind} {seed}: {'; '.join(texts) or 'nothing'}"}]

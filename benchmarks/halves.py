@@ -103,9 +103,8 @@ def diagnose_half(
 def slope_ratios(diagnosis: Diagnosis, logs: Sequence[Log]) -> dict[str, float]:
     """Return the slopes of the gains at a diagnosis' operating point over those at the median voltage of ``logs``."""
     at_median = helicopter(logs)
-    at_point = replace(at_median, operating_point=diagnosis.settings["operating_point"])
-    plant = diagnosis.plant_after
-    return {gain: at_point.read(plant, gain) / at_median.read(plant, gain) for gain in GAINS}
+    at_point, p = replace(at_median, operating_point=diagnosis.settings["operating_point"]), diagnosis.plant_after
+    return {gain: at_point.read(p, gain) / at_median.read(p, gain) for gain in GAINS}
 
 
 def windy_halves(

@@ -39,10 +39,7 @@ FORMATS = {
 
 
 def download_logs(folder: Path) -> list[Path]:
-    """Fetch missing files into ``folder``/raw, and return the folders of the rigs' logs.
-
-    The program ends if a file cannot be fetched or is not the cited one; files that were fetched before are kept.
-    """
+    """Fetch missing files into ``folder``/raw, each the cited one, and return the folders of the rigs' logs."""
     rigs = {}
     for source in pandas.read_csv(SOURCES, dtype=str).to_dict("records"):
         raw, rig = folder / "raw" / f"{source['rig']}-{source['log']}.mat", folder / source["rig"]

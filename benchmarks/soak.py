@@ -60,10 +60,7 @@ def set_reals(unit: Instance, values: dict[str, float]) -> None:
 
 
 def run_day(case: str) -> Row:
-    """Fly a day, hour by hour; return the figures.
-
-    Of each jump: the share that is missing after 60 s, and the time after which less than a quarter is missing [s].
-    """
+    """Fly a day, hour by hour; return the figures, of each jump the share that is missing after 60 s."""
     truth, memory, eigenvalues, jumps, first = {**TRUTH}, [], [], [], 0
     with instantiate_units(CLOSED_LOOP, {}, native=True) as units:
 

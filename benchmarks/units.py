@@ -128,10 +128,7 @@ OTHERS = {"fmpy, one call per connection": (fmpy_calls, 3.0), "libcosim": (libco
 
 
 def measure_units(title: str, native: bool, realtime: float, steps: int, rounds: int) -> str:
-    """Return the section of the units of a language; ``realtime`` is the required speed in multiples of real time.
-
-    Masters whose package is missing are left out, and fmpy is left out for units in C, because it is even slower.
-    """
+    """Return the section of the units of a language; ``realtime`` is the required multiple of real time."""
     bounds = {name: most[native] for name, (_, *most) in OURS.items() if most[native] > 0.0}
     cases: dict[str, Callable[..., float]] = {name: partial(step_scenario, OURS[name][0]) for name in bounds}
     cases |= {name: other for name, (other, _) in OTHERS.items() if not native or other is not fmpy_calls}

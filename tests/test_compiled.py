@@ -23,10 +23,7 @@ def run(script, cache):
 
 
 def outer_of_a_test(folder, body, constant):
-    """Compile and call, in a new process, a function that calls one and reads a constant of other files.
-
-    Returns what the function gives at 3, and how often machine code was found on disk.
-    """
+    """Compile and call, in a new process, a function that calls one and reads a constant of other files."""
     modules = folder / "modules"
     modules.mkdir(exist_ok=True)
     (modules / "constants_of_a_test.py").write_text(f"FACTOR = {constant}\n")

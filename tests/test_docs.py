@@ -94,11 +94,7 @@ def clone(folder):
 
 
 def session(markdown, folder):
-    """Type a page's commands into one shell; returns what each block printed, by the block's line.
-
-    Whatever the page leaves running in the background ends with it. Raises AssertionError with the command's own words
-    where one fails.
-    """
+    """Type a page's commands into one shell; returns what each block printed, by the block's line."""
     script = ["set -euo pipefail"]
     for block in blocks(markdown):
         if text := typed(block):

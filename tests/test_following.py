@@ -230,10 +230,7 @@ def test_values_that_predict_worse_than_those_before_are_taken_back():
 
 @pytest.mark.parametrize("late, share, mode", [(10, 0.1, "following"), (10, 0.8, "on trial"), (90, 0.4, "on trial")])
 def test_a_size_that_is_off_when_the_watch_ends_is_put_on_trial_again(late, share, mode):
-    """As if the gain had gone on by a share of the smallest change that matters, .1 of which is two standard errors.
-
-    In the mean over all blocks too little is seen of the last ten, so that they are looked at by themselves.
-    """
+    """As if the gain had gone on by a share of the smallest change that matters, .1 of which is two standard errors."""
     last = first_state("following", first_state("adopted"))
     before = adopted_flight()[last - 1]
     change = PLAN.changes[before.finding.change]

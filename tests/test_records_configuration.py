@@ -1,5 +1,4 @@
-"""The configuration of a rig: what it says and refuses, its template; what `heli init LOG` finds by names and physics.
-"""
+"""The configuration of a rig: what it says and refuses, its template; what `heli init LOG` finds by physics."""
 
 from dataclasses import fields, replace
 

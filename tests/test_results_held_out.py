@@ -139,10 +139,7 @@ def test_the_offset_of_a_log_is_found_and_costs_its_prior():
 
 
 def test_an_offset_beyond_hubers_bound_costs_no_more_than_its_prior():
-    """In calm air .03 rad/s^2 shift every innovation by some standard deviations, and are little beside a prior of .2.
-
-    With Huber's weights of the innovations before the torque is taken out, this log would lose 116 nats.
-    """
+    """In calm air .03 rad/s^2 shift every innovation by some standard deviations, little beside a prior of .2."""
     v, air, nats = drive(60.0, 3), 0.02 * torque(6000, 3), []
     calm = model(noise=NOISE)
     calm.z[0] -= np.log(50.0) / NOISE_WIDTH[0]

@@ -208,11 +208,7 @@ def test_a_fast_log_is_averaged_from_the_middle_of_a_block_to_the_next(clean):
 
 
 def test_a_fine_encoder_makes_no_other_plant():
-    """Logs of encoders of 18 bits: gains within four standard errors, and as well known as with 12 bits, .16 or better.
-
-    A torque that is held over a sample, or an encoder that is taken for one that turns slowly, put k_z at 2.4 times the
-    truth or 3 standard errors below it.
-    """
+    """Logs of encoders of 18 bits: gains within four standard errors, as well known as with 12 bits, .16 or better."""
     rig = windy_rig(6, "ou", effects="bare", counts={"a": 4}, finer=64)
     logs = windy_logs(rig, "a")
     fitted = fit(likelihood_of(logs), likelihood_of(logs).rig.base)
@@ -225,10 +221,7 @@ def test_a_fine_encoder_makes_no_other_plant():
 
 
 def test_air_that_swirls_is_found_from_nothing():
-    """A fit of a quiet flight in swirling air is as likely as one that begins at the true gains in such air.
-
-    One that begins in calm air alone stops 61 nats higher, with k_z at .77 of the truth instead of 1.14.
-    """
+    """A fit of a quiet flight in swirling air is as likely as one that begins at the true gains in such air."""
     rig = windy_rig(18, "swirl", True, effects="bare", counts={"a": 3})
     likelihood = likelihood_of(logs := windy_logs(rig, "a"))
     base = likelihood.rig.base
@@ -263,10 +256,7 @@ def van_loan(rho: float, c: float, f: float, psi: float) -> tuple[np.ndarray, np
 
 @pytest.mark.parametrize("c, f, psi", [(2.5, 20.0, 0.3), (2.5, 300.0, 0.0), (6.0, 1.0, -1.2)])
 def test_the_torque_is_stationary_with_the_stated_variance_and_a_sample_the_integral_of_axis_and_torque(c, f, psi):
-    """P = F P F' + Q has the solution rho^2 I: the torque's standard deviation is what is called rho.
-
-    A step is that of continuous time: what the torque does within a sample is no noise of its own.
-    """
+    """P = F P F' + Q has the solution rho^2 I: the torque's standard deviation is what is called rho."""
     own = solved(80.0, c, f, psi)
     A, F = own.A, own.F
     Q = 80.0**2 * (np.eye(2) - F @ F.T)

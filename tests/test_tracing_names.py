@@ -69,11 +69,7 @@ def test_rounding_by_the_encoders_does_not_become_friction_in_long_flights():
     ],
 )  # fmt: skip
 def test_an_effect_of_usual_strength_is_named_alone(kind, index):
-    """At the battery's strength, and its coefficient lies within four standard errors of the truth.
-
-    The bending has a state of its own: with its innovations' slope taken for that of a reading, its score of some
-    thousand nats came out as 4.
-    """
+    """At the battery's strength, and its coefficient lies within four standard errors of the truth."""
     selection, truth = searched(kind, index)
     (effect,) = truth.effects
     assert shown(selection) == {f"{effect.name}_{effect.axis}"}
@@ -169,10 +165,7 @@ def test_a_law_that_another_seems_to_replace_leaves_only_around_a_fit_of_both():
 
 
 def test_a_pitch_that_is_zeroed_anew_in_every_log_is_no_effect_of_the_rig():
-    """k_y mu_s z looks like a drag torque of rotors, of another size in every log; the zeros are found instead.
-
-    A calm log tells its zero to .002 to .004 rad; what the logs have in common is a rest pitch.
-    """
+    """k_y mu_s z looks like a drag torque of rotors, of another size in every log; the zeros are found instead."""
     zeros, found = np.array([0.02, -0.02, 0.01, 0.0, -0.01]), []
     logs = windy_logs(windy_rig(4, "calm", counts={"a": 5}), "a")
     for moved in (0.0 * zeros, zeros):

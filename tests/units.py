@@ -89,10 +89,7 @@ def compile_c(command, sources, target, *flags):
 
 
 def describe_unit(unit):
-    """Return GUID, reference of the log's path or -1, number and references of the inputs and of the outputs.
-
-    Inputs with a narrow range, and those that announce a sample, are left out; so is a port, which is always another.
-    """
+    """Return GUID, reference of the log's path or -1, number and references of the inputs and of the outputs."""
     description = read_model_description(str(unit))
     left_out = {"input": ("correction.", "excitation.", "score.", "fresh", "measured.fresh"), "output": ("port",)}
 
