@@ -21,27 +21,27 @@ from heli_plant.control import PidSettings
 
 
 def argument(default: Any, text: str, metavar: str, **more: Any) -> Any:
-    """Give an argument of a command with its default (... if it must be given) and its help."""
+    """Return an argument of a command with its default (... if it must be given) and its help."""
     return typer.Argument(default, metavar=metavar, help=text, **more)
 
 
 def option(default: Any, text: str, metavar: str, *names: str, **more: Any) -> Any:
-    """Give an option of a command with its default, its help and the name of its value."""
+    """Return an option of a command with its default, its help and the name of its value."""
     return typer.Option(default, *names, metavar=metavar, help=text, **more)
 
 
 def flag(text: str, *names: str) -> Any:
-    """Give an option without a value."""
+    """Return an option without a value."""
     return option(False, text, "", *names)
 
 
 def folder(default: str) -> Any:
-    """Give the option of the folder of the results."""
+    """Return the option of the folder of the results."""
     return option(Path(default), "Folder of the results.", "DIR", "--output", "-o", show_default=True)
 
 
 def to_file(text: str) -> Any:
-    """Give the option of a file to write."""
+    """Return the option of a file to write."""
     return option(None, text, "FILE", "--output", "-o")
 
 
@@ -65,7 +65,7 @@ NATIVE = flag("Units in C, which need no Python on their host (compilers: extra 
 
 
 def scenario_name(default: Any) -> Any:
-    """Give the argument that names a scenario."""
+    """Return the argument that names a scenario."""
     names = "open_loop, closed_loop, state_feedback, measured_data, plant_beside_log, follow or live."
     return argument(default, names, "SCENARIO", autocompletion=lambda: list(fmu_src.SCENARIOS))
 
@@ -127,7 +127,7 @@ def refuse_idle(context: typer.Context, why: str, *names: str) -> None:
 
 
 def configuration_file(path: Path | None, rigs: str = ", for rigs without one of their own") -> Path | None:
-    """Give the configuration file that was named, else heli.toml of this folder with a note, else None."""
+    """Return the configuration file that was named, else heli.toml of this folder with a note, else None."""
     here = Path(CONFIGURATION_NAME)
     if path is not None or not os.path.lexists(here):
         return path
@@ -160,7 +160,7 @@ PLANTS = ("HelicopterPlant", "FollowingPlant", "Corrector")
 def parse_assignments(
     words: Sequence[str], name_of: str = "--set", form: str = "NAME=VALUE, as plant.effects.dry_friction.pitch=0.02"
 ) -> dict[str, str]:
-    """Give ``name=value`` words as a mapping; refuse a word without ``=``, and a name that is given twice."""
+    """Return ``name=value`` words as a mapping; refuse a word without ``=``, and a name that is given twice."""
     values: dict[str, str] = {}
     for word in words:
         name, equals, text = (part.strip() for part in word.partition("="))
@@ -202,7 +202,7 @@ def read_unit_parameters(unit: str, file: Path | None) -> "hi.ParameterSet | Non
 
 
 def read_controller(default: PidSettings, file: Path | None, words: Sequence[str] = ()) -> PidSettings:
-    """Give a PID with the parameters of a file and of ``name=value`` words; a word replaces the value of the file."""
+    """Return a PID with the parameters of a file and of ``name=value`` words; a word replaces the value of the file."""
     unit = tools.CONTROLLER
     from_file = read_unit_parameters(unit, file)
     values: dict[str, Any] = from_file.start_values if from_file else {}
@@ -213,7 +213,7 @@ def read_controller(default: PidSettings, file: Path | None, words: Sequence[str
 def scenario_values(
     scenario: str, file: Path | None, words: Sequence[str], foreign: Collection[str] = ()
 ) -> dict[str, fmu_src.Value]:
-    """Give all parameters of a scenario by unit and name; ``--set unit.parameter=value`` replaces the file's value.
+    """Return all parameters of a scenario by unit and name; ``--set unit.parameter=value`` replaces the file's value.
 
     Units named in ``foreign`` are FMU files; their parameters are not checked here.
     """

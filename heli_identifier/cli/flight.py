@@ -56,7 +56,7 @@ def open_shows(stack: ExitStack, title: str, address: str | None) -> Show:
 
 @contextmanager
 def catch_interrupt() -> Iterator[Callable[[], bool]]:
-    """Give a function that tells whether Ctrl-C was pressed; a second Ctrl-C ends the command at once."""
+    """Return a function that tells whether Ctrl-C was pressed; a second Ctrl-C ends the command at once."""
     interrupted, old_handler = Event(), signal.getsignal(signal.SIGINT)
 
     def handle(number: int, frame: Any) -> None:
@@ -88,7 +88,7 @@ class Adviser:
         self.job = self.thread.submit(tools.control_advice, plant, dict(errors), elevation, self.aim)
 
     def look(self, wait: bool = False) -> str:
-        """Give the latest sentence about the controller, and write a new result; ``wait`` for a running job."""
+        """Return the latest sentence about the controller, and write a new result; ``wait`` for a running job."""
         if self.job is not None and (wait or self.job.done()):
             job, self.job = self.job, None
             try:
@@ -170,7 +170,7 @@ def _drawbacks(
 
 
 def choose_part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, str]:
-    """Give start and end [s] of the part that is diagnosed, and the reason in words.
+    """Return start and end [s] of the part that is diagnosed, and the reason in words.
 
     It is the longest part without a gap, after the last noticed change if enough flight follows it.
     """

@@ -64,7 +64,7 @@ def check_command(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def error_sentence(error: Any) -> str | None:
-    """Give the sentence for an error; None for an error of the program itself."""
+    """Return the sentence for an error; None for an error of the program itself."""
     if hasattr(error, "format_message"):  # only a usage error has it; the module of its class depends on the version
         sentence = error.format_message().rstrip(".")
         return sentence if sentence.endswith("?") else f"{sentence}; see {error.ctx.command_path} --help"

@@ -97,7 +97,7 @@ def design(
 
 
 def _read_plant(file: Path | None) -> PlantParameters:
-    """Give the plant of a parameters.json; without a file the published model, with a note."""
+    """Return the plant of a parameters.json; without a file the published model, with a note."""
     if parameters := args.read_unit_parameters(results.PLANT, file):
         return parameters.plant()
     note("no --parameters given: the published model, Table 2, stands in for the rig")

@@ -174,7 +174,7 @@ def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) 
 
 
 def _errors_against(result: Any, log: "hi.Log") -> dict[str, float]:
-    """Give root-mean-square errors [rad] of the plant's angles against a log, interpolated by straight lines."""
+    """Return root-mean-square errors [rad] of the plant's angles against a log, interpolated by straight lines."""
     import numpy as np
 
     names = [f"plant.{axis}" for axis in fmu_src.AXES]
@@ -190,7 +190,7 @@ def _errors_against(result: Any, log: "hi.Log") -> dict[str, float]:
 def _play_log(
     scenario: str, path: Path | None, start: float | None, end: float | None, config: Path | None
 ) -> "Iterator[tuple[hi.Log | None, dict[str, Any]]]":
-    """Give the log that a scenario plays, and the parameters of the units that play it or start with it."""
+    """Return the log that a scenario plays, and the parameters of the units that play it or start with it."""
     units = dict(fmu_src.scenario(scenario).units)
     if "LogPlayer" not in units.values():
         refuse(path is not None, f"scenario {scenario} plays no log; leave --log away or take measured_data.")

@@ -155,7 +155,7 @@ def _divide_columns(widths: Sequence[int], first: int, width_limit: int) -> list
 
 
 def _table_width(columns: Collection[int]) -> int:
-    """Give the width of a printed table whose columns have these widths."""
+    """Return the width of a printed table whose columns have these widths."""
     return sum(columns) + 3 * (len(columns) - 1) + 2
 
 
@@ -207,7 +207,7 @@ def print_diagnosis(diagnosis: "hi.Diagnosis", reasons: bool = False, json: bool
 
 @contextmanager
 def progress_bar(lines: bool = False) -> Iterator[Callable[[str, float], None]]:
-    """Give a function that shows the current work and the share that is done, 0 to 1: as a bar on a terminal.
+    """Return a function that shows the current work and the share that is done, 0 to 1: as a bar on a terminal.
 
     Without a terminal nothing is shown, or with ``lines`` about twenty lines.
     """

@@ -17,7 +17,7 @@ DRAWS = 1000
 
 
 def rms_figures(errors: Sequence[Array], spacing: float | Sequence[float], what: str = "errors") -> list[ErrorFigure]:
-    """Give the root mean squares by column of errors (S_i, a), rows ``spacing`` [s] apart, pooled over records.
+    """Return the root mean squares by column of errors (S_i, a), rows ``spacing`` [s] apart, pooled over records.
 
     Rows with a number that is not finite are left out. ``what`` names the errors in a message.
 
@@ -41,7 +41,7 @@ def bootstrap(
     read: Callable[[Array], Array] = np.asarray,
     after: Callable[[Array], Array] = np.asarray,
 ) -> list[ErrorFigure]:
-    """Give a function ``read`` of the means (k,) of values (S_i, k), rows ``spacing`` [s] apart, with 95 % intervals.
+    """Return a function ``read`` of the means (k,) of values (S_i, k), rows ``spacing`` [s] apart, with 95 % intervals.
 
     Segments of :data:`heli_identifier.tracing.settings.BLOCK` s are drawn at random. ``after`` is a monotonic function
     that is applied to the result and to the ends of its interval.
@@ -62,12 +62,12 @@ def bootstrap(
 
 
 def change_figures(first: Sequence[Array], second: Sequence[Array], spacing: float) -> list[ErrorFigure]:
-    """Give by axis the root mean square of the second errors (S, a) over that of the first, less 1."""
+    """Return by axis the root mean square of the second errors (S, a) over that of the first, less 1."""
     squares = [np.hstack(pair) ** 2 for pair in zip(first, second, strict=True)]
     return bootstrap([rows[np.isfinite(rows).all(1)] for rows in squares], spacing, _rms_ratio)
 
 
 def _rms_ratio(squares: Array) -> Array:
-    """Give the root of the ratio of the second half of the columns to the first half, less 1."""
+    """Return the root of the ratio of the second half of the columns to the first half, less 1."""
     a = squares.shape[-1] // 2
     return np.sqrt(squares[..., a:] / np.maximum(squares[..., :a], 1e-300)) - 1.0

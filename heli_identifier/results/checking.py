@@ -63,7 +63,7 @@ class Check(Tabular):
         return tuple(f"{log}: {doubt}" for log, volts in self.voltages.items() if volts > ANOTHER_CONTROLLER)
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the outcome as `heli check --json` prints it; angles in rad."""
+        """Return the outcome as `heli check --json` prints it; angles in rad."""
         axes = [
             {
                 "log": outcome.log,
@@ -79,7 +79,7 @@ class Check(Tabular):
         return {"passed": self.passed, "not_judged": list(self.not_judged), "axes": axes, **voltages}
 
     def junit(self) -> str:
-        """Give the outcome as JUnit XML, one case per log and axis, which CI systems show test by test."""
+        """Return the outcome as JUnit XML, one case per log and axis, which CI systems show test by test."""
         return render("junit.xml.j2", outcomes=self.outcomes, ahead=AHEAD[self.judged])
 
     def __repr__(self) -> str:

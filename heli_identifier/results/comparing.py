@@ -173,7 +173,7 @@ def compare_errors(first: ErrorFigure, second: ErrorFigure) -> str:
 
 
 def _open_diagnosis(source: Diagnosis | str | PathLike[str], name: str) -> tuple[str, DiagnosisFile, ParameterSet]:
-    """Give the name of a diagnosis, its document, and the parameters of its plant; ``name`` is that of a value."""
+    """Return the name of a diagnosis, its document, and the parameters of its plant; ``name`` is that of a value."""
     if isinstance(source, Diagnosis):
         return name, source, corrected_parameters(source)
     folder = Path(source)
@@ -184,13 +184,13 @@ def _open_diagnosis(source: Diagnosis | str | PathLike[str], name: str) -> tuple
 
 
 def _slopes(document: DiagnosisFile) -> dict[str, Estimate]:
-    """Give the parameters of a corrected plant; gains as slopes, since a gain at 0 V depends on the thrust's curve."""
+    """Return the parameters of a corrected plant; gains as slopes, as one at 0 V depends on the thrust's curve."""
     slopes = {name: document.parameters[name].estimate for name in GAINS if name in document.parameters}
     return {**document.parameters_after, **slopes}
 
 
 def _plant_effects(document: DiagnosisFile) -> dict[str, Estimate]:
-    """Give the coefficients of the effects of a corrected plant; a torque by table has none."""
+    """Return the coefficients of the effects of a corrected plant; a torque by table has none."""
     return {
         effect_name(effect.name, effect.axis): effect.coefficient
         for effect in (*document.effects, *document.possible)

@@ -173,7 +173,7 @@ def _check_logs(
 
 
 def _judge_plant(instruments: InstrumentEstimates, records: Sequence[Record], plant: Fit) -> tuple[float, int]:
-    """Give chi2 and degrees of freedom, over all axes, of the instruments' judgement of a plant on training logs."""
+    """Return chi2 and degrees of freedom, over all axes, of the instruments' judgement of a plant on training logs."""
     rig = plant.likelihood.rig
     axes = instruments.judge([rig.plant_accelerations(record, plant.parameters)[0] for record in records])
     return sum(axis.chi2 for axis in axes), sum(axis.freedom for axis in axes)
@@ -186,7 +186,7 @@ def _rig_verdict(effects: Sequence[FoundEffect]) -> RigVerdict:
 
 
 def base_estimates(fitted: Fit, C: Array) -> dict[str, Estimate]:
-    """Give the parameters of the simplified model by the paper's symbols; T_m includes the motor lag."""
+    """Return the parameters of the simplified model by the paper's symbols; T_m includes the motor lag."""
     rig = fitted.likelihood.rig
     effects = {effect.field for effect in rig.effects}
     names = [name for name in dict.fromkeys((*rig.base, "theta0", "k_z")) if name not in effects]
@@ -196,7 +196,7 @@ def base_estimates(fitted: Fit, C: Array) -> dict[str, Estimate]:
 
 
 def _delivered_plant(after: Fit, effects: Sequence[FoundEffect]) -> Parameters:
-    """Give the parameters of the delivered plant: a motor lag that is no finding is added to T_m."""
+    """Return the parameters of the delivered plant: a motor lag that is no finding is added to T_m."""
     p = after.parameters
     if any(effect.name == "motor_lag" for effect in effects):
         return p

@@ -241,11 +241,11 @@ class Diagnosis(DiagnosisFile):
     """Shape (K, K): correlations between the catalogue's signatures beside what is in the model."""
 
     def summary(self) -> str:
-        """Give the verdict, the errors before and after, and the notes as plain text."""
+        """Return the verdict, the errors before and after, and the notes as plain text."""
         return _results().diagnosis_summary(self)
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the content of diagnosis.json; docs/reference/files.md describes it."""
+        """Return the content of diagnosis.json; docs/reference/files.md describes it."""
         return _results().to_plain({entry.name: getattr(self, entry.name) for entry in fields(DiagnosisFile)})
 
     def write(self, folder: str | PathLike[str], rig: str = "rig") -> Path:
@@ -284,7 +284,7 @@ class Diagnosis(DiagnosisFile):
 
 
 def _results() -> Any:
-    """Give this package; its other modules show and write these values."""
+    """Return this package; its other modules show and write these values."""
     import heli_identifier.results
 
     return heli_identifier.results

@@ -34,7 +34,7 @@ File = TypeVar("File")
 
 
 def to_plain(value: Any) -> Any:
-    """Give a value as JSON can hold it: objects, lists, plain numbers, and null for numbers that are not finite."""
+    """Return a value as JSON can hold it: objects, lists, plain numbers, and null for numbers that are not finite."""
     text = json.dumps(msgspec.to_builtins(value, enc_hook=_convert))  # escapes names of files that are no UTF-8
     return json.loads(text, parse_constant=lambda not_finite: None)
 
@@ -48,7 +48,7 @@ def _convert(value: Any) -> Any:
 
 
 def document_text(document: Any) -> str:
-    """Give a value as the text of a JSON file."""
+    """Return a value as the text of a JSON file."""
     return json.dumps(to_plain(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
@@ -82,7 +82,7 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
 
 
 def damage_error(path: str | PathLike[str], fault: str) -> ConfigurationError:
-    """Give the error for a file with a fault."""
+    """Return the error for a file with a fault."""
     return ConfigurationError(f"{path} is damaged: {fault}; write it again with `heli diagnose` or `heli identify`.")
 
 
@@ -97,7 +97,7 @@ def _refuse_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def numbers_of(value: Any, above: str = "") -> Iterator[tuple[str, float]]:
-    """Give the floating-point numbers of a document, each with the keys that lead to it."""
+    """Return the floating-point numbers of a document, each with the keys that lead to it."""
     if isinstance(value, float):
         yield above, value
     entries = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
@@ -142,7 +142,7 @@ def _faulty_key(content: Any, kind: type, value: dict[str, Any]) -> str:
 
 @contextmanager
 def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
-    """Give a folder to write into; its files are moved to ``target`` if the block ends without an exception.
+    """Return a folder to write into; its files are moved to ``target`` if the block ends without an exception.
 
     A target that is no folder or cannot be written to raises a ConfigurationError before the block runs, so that no
     long computation is lost. A file that cannot be written raises an OSError that names the file in the target.
@@ -181,7 +181,7 @@ def write_files(folder: Path, contents: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _name_in_target(error: OSError, draft: Path, target: Path) -> OSError:
-    """Give an error that names a file of the draft, which is deleted by then, with the file's name in the target."""
+    """Return an error that names a file of the draft, which is deleted by then, with the file's name in the target."""
     file = Path(str(error.filename))
     if draft not in file.parents:
         return error

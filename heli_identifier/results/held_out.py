@@ -165,12 +165,12 @@ class _HeldOutRuns:
         return _errors(self.runs)
 
     def figures(self) -> list[AxisError]:
-        """Give the figures by axis."""
+        """Return the figures by axis."""
         free = [log.angles - angles for log, angles in zip(self.logs, self.free_runs, strict=True)]
         return self._figures(self.errors, free, [log.step for log in self.logs])
 
     def noise_floor(self) -> list[AxisError]:
-        """Give the plant's figures by axis on records that it simulates; zero, which bounds nothing, if it ran away."""
+        """Return the plant's figures by axis on records that it simulates; zero (no bound) if it ran away."""
         rig, p, simulated, free = self.model.rig, self.model.parameters, list[Run](), list[Array]()
         for seed, run in enumerate(self.runs):
             simulated_run, r = simulate_record(run, seed), run.aligned
@@ -184,7 +184,7 @@ class _HeldOutRuns:
     def _figures(
         self, errors: Mapping[str, Sequence[Array]], free: Sequence[Array], steps: Sequence[float]
     ) -> list[AxisError]:
-        """Give figures by axis of errors ahead, and of free runs: None where the axis is not stable."""
+        """Return figures by axis of errors ahead, and of free runs: None where the axis is not stable."""
         stable = self.model.rig.stable(self.model.parameters)
         figures: dict[str, Sequence[ErrorFigure | None]] = {}
         for name, of_logs in errors.items():
@@ -226,13 +226,13 @@ def _fly_again(
 
 
 def _thin_errors(flown: _Stretches, records: Sequence[Record]) -> list[Array]:
-    """Give errors (n, a) [rad] of the stretches of each log, :data:`.prediction.SPACING` apart."""
+    """Return errors (n, a) [rad] of the stretches of each log, :data:`.prediction.SPACING` apart."""
     every = {i: max(1, round(SPACING / records[i].step)) for i in flown}
     return [e[:, every[i] - 1 :: every[i]].reshape(-1, e.shape[2]) for i, (_, e) in flown.items()]
 
 
 def _join_stretches(record: Record, firsts: Sequence[int], errors: Array) -> Array:
-    """Give the angles (N, a) [rad] that stretches predict; not a number between them."""
+    """Return the angles (N, a) [rad] that stretches predict; not a number between them."""
     predicted = np.full_like(record.angles, np.nan)
     for first, e in zip(firsts, errors, strict=True):
         predicted[first : first + len(e) - 1] = (record.angles[first : first + len(e)] - e)[:-1]  # a gap to the next
@@ -240,7 +240,7 @@ def _join_stretches(record: Record, firsts: Sequence[int], errors: Array) -> Arr
 
 
 def _standardise(run: Run, model: Model) -> Array:
-    """Give the innovations (N, a) of a run under the air and over the scales of another ``model``."""
+    """Return the innovations (N, a) of a run under the air and over the scales of another ``model``."""
     step, rig, linear = run.record.step, run.model.rig, run.model.rig.linear(run.model.parameters)
     old, new = (filters(step, linear, rig.air(z)) for z in (run.model.z, model.z))
     columns = [recolour(e, before, [after])[0] for e, before, after in zip(run.innovations.T, old, new, strict=True)]
@@ -248,7 +248,7 @@ def _standardise(run: Run, model: Model) -> Array:
 
 
 def _ljung_box_p(white: Sequence[Array], weights: Sequence[Array], step: float) -> float:
-    """Give the p value of the portmanteau test; pairs with a sample that does not count are left out.
+    """Return the p value of the portmanteau test; pairs with a sample that does not count are left out.
 
     (n + 2)/n sum_k c_k^2 / n_k is chi-squared if the residuals are white; c_k is the sum of the n_k products at lag k.
     """
@@ -294,5 +294,5 @@ def judge_use(
 
 
 def log_likelihood(plant: Parameters, logs: Sequence[Log]) -> float:
-    """Give ln p of ``logs`` [nats] under a plant; the air and each log's own parameters are fitted to the logs."""
+    """Return ln p of ``logs`` [nats] under a plant; the air and each log's own parameters are fitted to the logs."""
     return -fit(Likelihood.of(logs, replace(helicopter(logs), parameters=plant)), ()).value

@@ -57,7 +57,7 @@ class Look(Tabular):
 
     @property
     def lines(self) -> tuple[str, str, str]:
-        """Give :func:`look_lines` of these logs; the experiment is the one that a diagnosis would recommend."""
+        """Return :func:`look_lines` of these logs; the experiment is the one that a diagnosis would recommend."""
         identified, references = self.identification, self.identification.references
         ranked = rank_experiments(identified.parameters, self.effects, identified.catalogue)
         names, experiment = join_words(references.names), next((text for _, text in ranked), "")
@@ -84,7 +84,7 @@ class Look(Tabular):
         return tuple(typeset_notes(self.identification.notes))
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the same as values for JSON, the gains as `parameters` in diagnosis.json."""
+        """Return the same as values for JSON, the gains as `parameters` in diagnosis.json."""
         references = self.identification.references
         return to_plain(
             {
@@ -125,7 +125,7 @@ def look_lines(
 
 
 def diagnosis_lines(diagnosis: Diagnosis, training: Sequence[Log]) -> tuple[str, str, str]:
-    """Give :func:`look_lines` of a diagnosis and its training logs; the experiment is the one of its report."""
+    """Return :func:`look_lines` of a diagnosis and its training logs; the experiment is the one of its report."""
     counts = np.array(diagnosis.settings["counts"], dtype=float)
     origins = join_words([_ORIGINS[part] for part in diagnosis.references.split(" and ") if part in _ORIGINS])
     experiment = next((text for _, text in experiments_of(diagnosis)), "")
@@ -134,7 +134,7 @@ def diagnosis_lines(diagnosis: Diagnosis, training: Sequence[Log]) -> tuple[str,
 
 
 def _rms_movement(logs: Sequence[Log], resolution: Sequence[float] | np.ndarray) -> dict[str, float]:
-    """Give the root mean square of every axis's motion in all logs [counts]; ``resolution`` is a count [rad]."""
+    """Return the root mean square of every axis's motion in all logs [counts]; ``resolution`` is a count [rad]."""
     squares = np.sum([((log.angles - log.angles.mean(0)) ** 2).sum(0) for log in logs], axis=0)
     counts = np.sqrt(squares / sum(log.samples for log in logs)) / np.asarray(resolution)
     return dict(zip(AXES, map(float, counts), strict=True))

@@ -91,7 +91,7 @@ class ParameterSet(Tabular):
         return {name: estimate.value for name, estimate in self.values.items()}
 
     def plant(self) -> PlantParameters:
-        """Give the plant with these parameters.
+        """Return the plant with these parameters.
 
         Raises
         ------
@@ -117,7 +117,7 @@ class ParameterSet(Tabular):
         refuse(bool(missing), message)
 
     def axes_for(self, *uses: Use) -> tuple[str, ...]:
-        """Give the axes that have one of these uses."""
+        """Return the axes that have one of these uses."""
         return tuple(axis for axis, expected in self.expected.items() if expected.use in uses)
 
     @property
@@ -149,7 +149,7 @@ class ParameterSet(Tabular):
         return "ahead_200ms" if closed else "prediction_1s"
 
     def limits(self, factor: float) -> dict[str, float]:
-        """Give the largest allowed error [rad], of the kind :attr:`judged`, of every usable axis.
+        """Return the largest allowed error [rad], of the kind :attr:`judged`, of every usable axis.
 
         1 s ahead it is ``factor`` times the error on the held-out logs, or times the noise floor if that is larger;
         .2 s ahead it is ``factor`` times the largest error on any log of the diagnosis. A ConfigurationError is raised
@@ -182,7 +182,7 @@ class ParameterSet(Tabular):
 
 
 def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate]) -> dict[str, Estimate]:
-    """Give the parameters of a plant by structured name: base model, active effects with their shapes, tables.
+    """Return the parameters of a plant by structured name: base model, active effects with their shapes, tables.
 
     ``estimates`` has the standard errors by field of the parameters that were estimated.
     """
@@ -207,7 +207,7 @@ def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate])
 
 
 def corrected_parameters(diagnosis: Diagnosis) -> ParameterSet:
-    """Give the parameters of the corrected plant of a diagnosis, with its errors on the held-out logs."""
+    """Return the parameters of the corrected plant of a diagnosis, with its errors on the held-out logs."""
     estimates = {**diagnosis.parameters_after, **diagnosis.effects_after}
     expected = {}
     for axis, report in diagnosis.axes.items():
@@ -218,7 +218,7 @@ def corrected_parameters(diagnosis: Diagnosis) -> ParameterSet:
 
 
 def _covariance(diagnosis: Diagnosis, values: Mapping[str, Estimate]) -> Covariance:
-    """Give the covariance, gains by logarithm; a motor lag that is no finding belongs to the time constant."""
+    """Return the covariance, gains by logarithm; a motor lag that is no finding belongs to the time constant."""
     reports, fields = diagnosis.parameters, diagnosis.covariance_fields
     names = [BY_FIELD[name].name for name in fields]
     if (lag := BY_FIELD["motor_lag_rotors"].name) in names and lag not in values:

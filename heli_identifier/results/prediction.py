@@ -79,11 +79,11 @@ class Model:
         return cls(rig, parameters, np.zeros((SHAPES, a)), rig.resolution / np.sqrt(12.0), np.repeat(PER_LOG, a))
 
     def filters(self, step: float) -> list[AxisFilter]:
-        """Give the axes' filters at a sampling interval [s]."""
+        """Return the axes' filters at a sampling interval [s]."""
         return filters(step, self.rig.linear(self.parameters), self.rig.air(self.z))
 
     def scales(self, step: float) -> Array:
-        """Give the standard deviations (a,) [rad] of the innovations at a sampling interval [s]."""
+        """Return the standard deviations (a,) [rad] of the innovations at a sampling interval [s]."""
         return self.encoder_noise * np.sqrt([axis.S for axis in self.filters(step)])
 
     def noise(self, record: Record, seed: int) -> tuple[Array, Array]:
@@ -158,7 +158,7 @@ class Run:
         return self.model.run(self.aligned, self.gains, self.torque, 0, self.record.samples, None)[1]
 
     def states(self, samples: Iterable[int], first: int = 0, state: Array | None = None) -> list[Array]:
-        """Give the filter's states before samples in ascending order; ``state`` is that before the ``first`` sample."""
+        """Return the filter's states before samples in ascending order; ``state``: that before the ``first`` sample."""
         found = list[Array]()
         for sample in samples:
             state, _ = self.model.run(self.aligned, self.gains, self.torque, first, sample, state)
@@ -187,13 +187,13 @@ class Run:
         return np.hstack([local_cubic(y, h, SMOOTHING, order)[self.at] for order in (0, 1)])
 
     def measured(self, seconds: float) -> Array:
-        """Give the angles (S, a) [rad] so long after the starts; not a number if the passage ends before."""
+        """Return the angles (S, a) [rad] so long after the starts; not a number if the passage ends before."""
         n, unknown = round(seconds / self.record.step), np.full(len(self.offset), np.nan)
         later = [self.record.angles[k + n] if k + n < last else unknown for k, last, _ in self.starts]
         return np.array(later).reshape(-1, len(unknown))
 
     def errors(self) -> dict[str, Array]:
-        """Give the errors (S, a) [rad] of the figures; not a number if the passage ends before."""
+        """Return the errors (S, a) [rad] of the figures; not a number if the passage ends before."""
         K, rig = self.gains.copy(), self.model.rig
         K[:, :4] = 0.0  # the air decays, and no innovation corrects the state
         states = [state for _, _, state in self.starts]
@@ -250,7 +250,7 @@ class Run:
 
 
 def answer_deviation(laws: Sequence[Controller], delta: Array, h: float) -> Array:
-    """Give the voltages (n, 2) [V] with which laws answer angles that differ by ``delta`` (n, a) [rad]."""
+    """Return the voltages (n, 2) [V] with which laws answer angles that differ by ``delta`` (n, a) [rad]."""
     volts = np.zeros((len(delta), 2))
     for law in laws:
         volts += 0.5 * law.answer(delta, h)[:, None] * np.array([1.0, CHANNELS[law.channel][0]])

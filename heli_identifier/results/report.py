@@ -68,7 +68,7 @@ def write_results(diagnosis: Diagnosis, rig: str, folder: Path, native: bool = F
 
 
 def report_page(diagnosis: Diagnosis, rig: str) -> str:
-    """Give the text of report.html; ``rig`` is the name of the rig in it."""
+    """Return the text of report.html; ``rig`` is the name of the rig in it."""
     return render(
         "report.html.j2",
         title=f"Diagnosis of {rig}",
@@ -85,12 +85,12 @@ def render(template: str, **parts: Any) -> str:
 
 
 def notebook_view(diagnosis: Diagnosis) -> str:
-    """Give the HTML of a diagnosis, without script and style sheet, for a notebook of any theme."""
+    """Return the HTML of a diagnosis, without script and style sheet, for a notebook of any theme."""
     return render("notebook.html.j2", **_parts(diagnosis))
 
 
 def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Give the parts that page and notebook share; only figures and tables contain markup."""
+    """Return the parts that page and notebook share; only figures and tables contain markup."""
     return {
         "diagnosis": diagnosis,
         "sentence": words.verdict_line(diagnosis),
@@ -106,7 +106,7 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _axis_card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]:
-    """Give the card of an axis: its use, the change of its error, its gain."""
+    """Return the card of an axis: its use, the change of its error, its gain."""
     name, field = tables.GAIN_OF[axis], words.leading_error(diagnosis)
     change = report.change.get(field)
     kind = {-1: "better", 0: "same", 1: "worse"}[words.change_direction(report, field)]
@@ -157,7 +157,7 @@ def _draw_overlay(diagnosis: Diagnosis) -> str:
 
 
 def _effect_facts(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
-    """Give facts and figure of the effect of this ``number``."""
+    """Return facts and figure of the effect of this ``number``."""
     effect = diagnosis.effects[number]
     facts = []
     if effect.coefficient is not None:
@@ -211,7 +211,7 @@ def rank_experiments(
     parameters: Mapping[str, tracing.ParameterReport], effects: Sequence[tracing.FoundEffect],
     catalogue: Sequence[tracing.CatalogueVerdict], unusable: Sequence[str] = (),
 ) -> list[tuple[list[str], str]]:  # fmt: skip
-    """Give every experiment that would help, with what it would determine, the most valuable first.
+    """Return every experiment that would help, with what it would determine, the most valuable first.
 
     ``unusable`` are the gains of the axes that are not usable.
     """
@@ -236,7 +236,7 @@ def rank_experiments(
 
 
 def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[str, str, list[str]]]:
-    """Give of every axis its name, the test for white innovations, and figures of spectrum and autocorrelation."""
+    """Return of every axis its name, the test for white innovations, and figures of spectrum and autocorrelation."""
     for index, axis in enumerate(AXES):
         spectrum, autocorrelation = Axes("innovations [1/Hz]", logarithmic=True), Axes("autocorrelation")
         for label, values in (("before", series.residual_before[:, index]), ("after", series.residual_after[:, index])):
@@ -259,7 +259,7 @@ def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[st
 
 
 def _confused_pairs(diagnosis: Diagnosis) -> Iterator[str]:
-    """Give pairs of effects with similar signatures, the most similar first."""
+    """Return pairs of effects with similar signatures, the most similar first."""
     names = [words.effect_name(*entry) for entry in diagnosis.correlation_labels]
     rows, columns = np.nonzero(np.tril(np.abs(diagnosis.correlation), -1) >= CONFUSED)
     for i, j in sorted(zip(rows, columns, strict=True), key=lambda pair: -abs(diagnosis.correlation[pair])):

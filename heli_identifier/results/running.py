@@ -53,7 +53,7 @@ class Simulation(Tabular):
     """Shape (N, 12): columns are the fields of :class:`heli_plant.state.PlantState`, which names their units."""
 
     def to_frame(self) -> "pandas.DataFrame":
-        """Give the run as a table: index ``time`` [s]; columns v_front, v_rear [V], pitch, elevation, travel [rad].
+        """Return the run as a table: index ``time`` [s]; columns v_front, v_rear [V], pitch, elevation, travel [rad].
 
         The rates and the other fields of :class:`heli_plant.state.PlantState` follow by their names.
         """
@@ -63,7 +63,7 @@ class Simulation(Tabular):
         return pandas.DataFrame(table, pandas.Index(self.time, name="time"), [*SIGNALS, *PlantState._fields[3:]])
 
     def to_dict(self) -> dict[str, Any]:
-        """Give time [s], voltages [V] and angles [rad] as lists of numbers by name; null for what is not finite."""
+        """Return time [s], voltages [V] and angles [rad] as lists of numbers by name; null for what is not finite."""
         columns = np.column_stack((self.voltages, self.angles)).T
         return to_plain({"time": self.time, **dict(zip(SIGNALS, columns, strict=True))})
 
@@ -120,7 +120,7 @@ def simulate(
 
 
 def start_of(log: Log) -> PlantState:
-    """Give the state at a log's first sample: straight lines through its first .3 s, motors settled."""
+    """Return the state at a log's first sample: straight lines through its first .3 s, motors settled."""
     return PlantState(*map(float, record_start(log.angles, log.voltages, log.step)))
 
 
@@ -211,7 +211,7 @@ def check_free_run(unit: Path, diagnosis: Diagnosis) -> None:
 
 
 def unit_run(unit: Path, series: HeldOutSeries) -> np.ndarray:
-    """Give the angles (N, 3) [rad] of the unit alone under the voltages of a held-out log."""
+    """Return the angles (N, 3) [rad] of the unit alone under the voltages of a held-out log."""
     from fmu_src import VOLTAGES, Scenario
     from fmu_src.master import run_apart
 

@@ -19,7 +19,7 @@ PlantSource = ParameterSource | PlantParameters
 
 @check_types
 def parameter_set(parameters: ParameterSource) -> ParameterSet:
-    """Give the parameters of a diagnosis or of a parameters.json, or a parameter set as it is."""
+    """Return the parameters of a diagnosis or of a parameters.json, or a parameter set as it is."""
     if isinstance(parameters, str | PathLike):
         return read_parameters(parameters)
     if isinstance(parameters, Diagnosis):
@@ -28,7 +28,7 @@ def parameter_set(parameters: ParameterSource) -> ParameterSet:
 
 
 def plant_of(source: PlantSource) -> PlantParameters:
-    """Give the plant of parameters in any form; raises as :func:`parameter_set` and :meth:`ParameterSet.plant` do."""
+    """Return the plant of parameters in any form; raises as :func:`parameter_set` and :meth:`ParameterSet.plant` do."""
     return source if isinstance(source, PlantParameters) else parameter_set(source).plant()
 
 

@@ -83,7 +83,7 @@ def figure(
     log_x: bool = False,
     x_limits: tuple[float, float] | None = None,
 ) -> str:
-    """Give axes from top to bottom, over one x, as an ``<svg>`` element with a ``description`` for screen readers."""
+    """Return axes from top to bottom, over one x, as an ``<svg>`` element with a ``description`` for screen readers."""
     x_ends = x_limits or _range(np.concatenate([x for panel in panels for _, x, *_ in panel.marks]), log_x)
     margin = max(LEFT, *(LETTER * len(name) + 16.0 for panel in panels for name in panel.names), 0.0)
     legend, top = _legend([entry for panel in panels for entry in panel.labels], margin, width)
@@ -99,7 +99,7 @@ def figure(
 
 
 def _legend(labels: Sequence[tuple[str, str]], left: float, width: float) -> tuple[str, float]:
-    """Give labels with the colours of their roles as rows above the axes, and the top of the axes [px]."""
+    """Return labels with the colours of their roles as rows above the axes, and the top of the axes [px]."""
     parts, x, y = [], left, 0.0
     for label, role in dict.fromkeys(labels):
         length = 34.0 + LETTER * len(label)
@@ -141,7 +141,7 @@ def _panel(
 
 
 def _scale(ends: tuple[float, float], start: float, end: float, logarithmic: bool) -> Callable[[Any], Any]:
-    """Give the function that maps values between two ends to positions from ``start`` to ``end`` [px]."""
+    """Return the function that maps values between two ends to positions from ``start`` to ``end`` [px]."""
     low, high = np.log10(ends) if logarithmic else ends
 
     def place(values: Any) -> Any:
@@ -152,7 +152,7 @@ def _scale(ends: tuple[float, float], start: float, end: float, logarithmic: boo
 
 
 def figure_file(svg: str) -> str:
-    """Give a figure as the text of a separate file, in the light theme on white."""
+    """Return a figure as the text of a separate file, in the light theme on white."""
     for role, colour in COLOURS.items():
         svg = svg.replace(f"var(--{role})", colour)
     rules = f"text{{font:11px sans-serif;fill:{COLOURS['ink']}}}.rule{{stroke:{COLOURS['grid']}}}"
@@ -189,7 +189,7 @@ def run_figure(result: Any, log: Log | None = None) -> str:
 
 
 def ticks(low: float, high: float, count: int, logarithmic: bool = False) -> list[tuple[float, str]]:
-    """Give about ``count`` round values between two ends, each with its text."""
+    """Return about ``count`` round values between two ends, each with its text."""
     if logarithmic:
         powers = range(ceil(log10(low) - 1e-9), floor(log10(high) + 1e-9) + 1)
         return [(10.0**n, power_text(n)) for n in powers][:: max(1, len(powers) // count)]

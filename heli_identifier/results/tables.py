@@ -32,14 +32,14 @@ class Table(NamedTuple):
         return [all(_NUMBER_CELL.fullmatch(row[k]) for row in self.rows) for k in range(len(self.columns))]
 
     def text(self) -> str:
-        """Give heads and cells as lines of plain text, aligned at the left."""
+        """Return heads and cells as lines of plain text, aligned at the left."""
         lines = [self.columns, *self.rows]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         padded = (map(str.ljust, line, widths) for line in lines)
         return "\n".join("  ".join(cells).rstrip() for cells in padded)
 
     def __html__(self) -> str:
-        """Give a ``<table>`` element for pages.
+        """Return a ``<table>`` element for pages.
 
         Every cell names its column, so that a narrow screen can show a row as a list.
         """
@@ -76,11 +76,11 @@ class Tabular(ABC):
         return f"<{type(self).__name__}: {self.table.title}>"
 
     def to_dict(self) -> dict[str, Any]:
-        """Give the value as JSON can hold it; by default its fields by their names."""
+        """Return the value as JSON can hold it; by default its fields by their names."""
         return to_plain(self)
 
     def summary(self) -> str:
-        """Give the table as plain text."""
+        """Return the table as plain text."""
         return "\n".join([self.table.title, self.table.text(), *map(words.typeset, (*self.remarks, *self.warnings))])
 
     def _repr_html_(self) -> str:
@@ -116,7 +116,7 @@ UNITS = {
 
 
 def error_table(diagnosis: Diagnosis, text_of: Callable[[ErrorFigure | None], str] = words.angle_text) -> Table:
-    """Give a row per axis and kind of error; predictions without a model are those over 1 s."""
+    """Return a row per axis and kind of error; predictions without a model are those over 1 s."""
     rows = []
     for axis, report in diagnosis.axes.items():
         for field, label in ERRORS[diagnosis.closed_loop]:
@@ -129,7 +129,7 @@ def error_table(diagnosis: Diagnosis, text_of: Callable[[ErrorFigure | None], st
 
 
 def gain_cells(report: ParameterReport | None, given: Estimate | None = None) -> tuple[str, str, str]:
-    """Give a gain, its estimate from references alone, and what it rests on; without a report it was given."""
+    """Return a gain, its estimate from references alone, and what it rests on; without a report it was given."""
     if report is None:
         return words.with_interval(given) if given else "–", "–", "given"
     alone = "–" if report.instrument is None else words.with_interval(report.instrument, unit=False)
@@ -137,7 +137,7 @@ def gain_cells(report: ParameterReport | None, given: Estimate | None = None) ->
 
 
 def gain_table(diagnosis: Diagnosis) -> Table:
-    """Give a row per axis: its gain at the operating point, what that rests on, and the use of the axis."""
+    """Return a row per axis: its gain at the operating point, what that rests on, and the use of the axis."""
     rows = []
     for axis, report in diagnosis.axes.items():
         name = GAIN_OF[axis]
@@ -148,7 +148,7 @@ def gain_table(diagnosis: Diagnosis) -> Table:
 
 
 def parameter_table(diagnosis: Diagnosis) -> Table:
-    """Give a row per parameter of the simplified model."""
+    """Return a row per parameter of the simplified model."""
     before, rows = diagnosis.parameters_before, []
     for name, value in diagnosis.parameters_after.items():
         old = words.with_interval(before[name], unit=False) if name in before else "–"
@@ -161,7 +161,7 @@ def parameter_table(diagnosis: Diagnosis) -> Table:
 
 
 def effect_table(diagnosis: Diagnosis) -> Table:
-    """Give a row per effect that was found or is possible."""
+    """Return a row per effect that was found or is possible."""
     rows = []
     for effect in (*diagnosis.effects, *diagnosis.possible):
         gain = "–" if effect.left_out_gain is None else f"{effect.left_out_gain:+z.1f}".replace("-", "−")
@@ -177,7 +177,7 @@ def effect_table(diagnosis: Diagnosis) -> Table:
 
 
 def catalogue_table(diagnosis: Diagnosis) -> Table:
-    """Give a row per entry of the catalogue."""
+    """Return a row per entry of the catalogue."""
     columns = ("effect", "verdict", "coefficient", "unit", "bound", "score", "visibility")
     rows = [
         (
@@ -206,7 +206,7 @@ def list_reasons(diagnosis: Diagnosis) -> list[str]:
 
 
 def event_table(diagnosis: Diagnosis) -> Table:
-    """Give a row per event."""
+    """Return a row per event."""
     kinds = {"force": ("a force from outside", "rad/s²"), "slip": ("a slip of the encoder", "rad")}
     rows = []
     for event in diagnosis.events:
@@ -217,14 +217,14 @@ def event_table(diagnosis: Diagnosis) -> Table:
 
 
 def log_table(diagnosis: Diagnosis) -> Table:
-    """Give a row per log."""
+    """Return a row per log."""
     columns = ("file", "used for", "samples", "rate [Hz]", "SHA-256")
     rows = [(e.file, e.used_for, str(e.samples), words.to_digits(e.rate_hz), e.sha256[:16]) for e in diagnosis.data]
     return Table("Logs", columns, rows)
 
 
 def _setting_text(value: object) -> str:
-    """Give the value of a setting as text."""
+    """Return the value of a setting as text."""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, Mapping):
@@ -233,7 +233,7 @@ def _setting_text(value: object) -> str:
 
 
 def setting_table(diagnosis: Diagnosis) -> Table:
-    """Give every setting that has a value, with its unit, then command, date and versions."""
+    """Return every setting that has a value, with its unit, then command, date and versions."""
     rows = []
     for name, value in diagnosis.settings.items():
         if isinstance(value, Mapping):  # effects, geometry
@@ -249,14 +249,14 @@ def setting_table(diagnosis: Diagnosis) -> Table:
 
 
 def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterator[Table]:
-    """Give the tables of a diagnosis, with ``everything`` also the one of the catalogue."""
+    """Return the tables of a diagnosis, with ``everything`` also the one of the catalogue."""
     named = (effect_table,) if diagnosis.effects or diagnosis.possible else ()
     last = (catalogue_table,) if everything else ()
     yield from (make(diagnosis) for make in (*named, gain_table, parameter_table, error_table, *last))
 
 
 def diagnosis_summary(diagnosis: Diagnosis) -> str:
-    """Give the verdict, the gains, the errors and the notes as plain text."""
+    """Return the verdict, the gains, the errors and the notes as plain text."""
     effects = [effect_table(diagnosis).text()] if diagnosis.effects or diagnosis.possible else []
     gains, errors = gain_table(diagnosis).text(), error_table(diagnosis).text()
     parts = (words.verdict_line(diagnosis), *effects, gains, words.held_out_sentence(diagnosis), errors)

@@ -24,33 +24,33 @@ AHEAD = {"prediction_1s": "1 s ahead", "ahead_200ms": ".2 s ahead", "closed_loop
 
 
 def raise_powers(text: str) -> str:
-    """Give a text with its powers as superscripts: ``rad/s^2`` as rad/s²."""
+    """Return a text with its powers as superscripts: ``rad/s^2`` as rad/s²."""
     return re.sub(r"(?<=[A-Za-z])\^(-?\d+)", lambda power: power[1].translate(_SUPERSCRIPTS), text)
 
 
 def typeset(text: str) -> str:
-    """Give prose with superscripts, ± and real minus signs; text that a reader may have to type does not change."""
+    """Return prose with superscripts, ± and real minus signs; text that a reader may have to type does not change."""
     text = re.sub(r"\bR2\b", "R²", raise_powers(text)).replace("+-", "±")
     return re.sub(r"(?<= )-(?= )|(?<![=] )(?<=[ (])-(?=\.?\d)", "−", text)
 
 
 def unit_text(unit: str) -> str:
-    """Give a unit with superscripts; the unit 1 is not written."""
+    """Return a unit with superscripts; the unit 1 is not written."""
     return "" if unit in ("", "1") else raise_powers(unit).replace(".", "·")
 
 
 def label_with_unit(text: str, unit: str) -> str:
-    """Give the label of an axis or a column with its unit: ``rate [rad/s²]``; [1] for a plain number."""
+    """Return the label of an axis or a column with its unit: ``rate [rad/s²]``; [1] for a plain number."""
     return f"{text} [{unit_text(unit) or '1'}]"
 
 
 def power_text(exponent: int) -> str:
-    """Give a power of ten as 10⁻³, for the ticks of a logarithmic axis."""
+    """Return a power of ten as 10⁻³, for the ticks of a logarithmic axis."""
     return "10" + str(exponent).translate(_SUPERSCRIPTS)
 
 
 def to_digits(value: float, digits: int = 3) -> str:
-    """Give ``value`` with some significant digits, without an exponent if that is shorter."""
+    """Return ``value`` with some significant digits, without an exponent if that is shorter."""
     if not isfinite(value):
         return "–"
     if value == 0.0:
@@ -63,7 +63,7 @@ def to_digits(value: float, digits: int = 3) -> str:
 
 
 def with_interval(estimate: Estimate, unit: bool = True) -> str:
-    """Give an estimate as value ± half of its 95 % interval; a value without error as it was given."""
+    """Return an estimate as value ± half of its 95 % interval; a value without error as it was given."""
     suffix = f" {unit_text(estimate.unit)}".rstrip() if unit else ""
     half = 1.96 * (estimate.standard_error or 0.0)
     if not isfinite(estimate.value):
@@ -81,23 +81,23 @@ SMALLEST_P = 1e-4
 
 
 def p_text(p: float) -> str:
-    """Give a probability as ``p = 0.27``, a very small one as a bound."""
+    """Return a probability as ``p = 0.27``, a very small one as a bound."""
     return f"p = {to_digits(p, 2)}" if p >= SMALLEST_P else f"p < {SMALLEST_P:.4f}"
 
 
 def angle_value(figure: ErrorFigure | None) -> str:
-    """Give an angular error in mrad; a dash if there is none."""
+    """Return an angular error in mrad; a dash if there is none."""
     return to_digits(1e3 * figure.value) if figure and figure.is_known else "–"
 
 
 def angle_ends(figure: ErrorFigure | None) -> str:
-    """Give the interval of an angular error in mrad; a dash if it has none, as an error of a single segment."""
+    """Return the interval of an angular error in mrad; a dash if it has none, as an error of a single segment."""
     has_interval = figure is not None and figure.low < figure.high
     return " to ".join(to_digits(1e3 * x) for x in (figure.low, figure.high)) if figure and has_interval else "–"
 
 
 def angle_text(figure: ErrorFigure | None) -> str:
-    """Give an angular error in mrad with its interval; a dash if there is none."""
+    """Return an angular error in mrad with its interval; a dash if there is none."""
     ends = angle_ends(figure)
     return angle_value(figure) if ends == "–" else f"{angle_value(figure)} ({ends})"
 
@@ -108,7 +108,7 @@ _GREEK = {
 
 
 def law_text(law: str) -> str:
-    """Give a law of the catalogue with Greek letters, real minus signs and superscripts."""
+    """Return a law of the catalogue with Greek letters, real minus signs and superscripts."""
 
     def typeset_symbol(match: re.Match[str]) -> str:
         head, mark, subscript = match[0].partition("_")
@@ -120,7 +120,7 @@ def law_text(law: str) -> str:
 
 
 def leading_error(diagnosis: DiagnosisFile) -> str:
-    """Give the field of the error by which the plant is judged: that of the closed loop if its controller is known."""
+    """Return the field of the error by which the plant is judged: the closed loop's if its controller is known."""
     if not diagnosis.closed_loop:
         return "prediction_1s"
     controller_known = all(report.after.closed_loop_3s for report in diagnosis.axes.values())
@@ -128,19 +128,19 @@ def leading_error(diagnosis: DiagnosisFile) -> str:
 
 
 def horizon(diagnosis: DiagnosisFile) -> str:
-    """Give the horizon over which the use of an axis was judged."""
+    """Return the horizon over which the use of an axis was judged."""
     return ".2 s" if diagnosis.closed_loop else "1 s"
 
 
 def effect_name(name: str, axis: str) -> str:
-    """Give an effect as words: ``dry friction on the pitch``."""
+    """Return an effect as words: ``dry friction on the pitch``."""
     if axis == "rotors":
         return f"{name.replace('_', ' ')} of the rotors"
     return f"{name.replace('_', ' ')} on the {axis}"
 
 
 def meaning(field: str) -> str:
-    """Give a parameter of the plant as words, by its field: ``pitch damping`` for ``a_wx``."""
+    """Return a parameter of the plant as words, by its field: ``pitch damping`` for ``a_wx``."""
     effect = next((entry for entry in CATALOGUE if entry.field == field), None)
     if effect is not None:
         return effect_name(effect.name, effect.axis)
@@ -148,7 +148,7 @@ def meaning(field: str) -> str:
 
 
 def meaning_of(field: str, value: Estimate) -> str:
-    """Give a parameter as words, and say if it was given and not estimated."""
+    """Return a parameter as words, and say if it was given and not estimated."""
     return meaning(field) + (", given" if value.standard_error is None else "")
 
 
@@ -184,7 +184,7 @@ def verdict_line(diagnosis: DiagnosisFile) -> str:
 
 
 def change_direction(report: AxisReport, field: str) -> int:
-    """Give -1 or 1 if an error clearly falls or rises: its change and both ends have one sign in print; else 0."""
+    """Return -1 or 1 if an error clearly falls or rises: its change and both ends have one sign in print; else 0."""
     if field not in report.change:
         return 0
     change = report.change[field]
@@ -208,7 +208,7 @@ def _best_change(diagnosis: DiagnosisFile) -> str:
 
 
 def percent(share: float) -> str:
-    """Give a share in per cent, below ten with a decimal."""
+    """Return a share in per cent, below ten with a decimal."""
     shown = f"{100.0 * share:+.{0 if abs(share) >= 0.0995 else 1}f} %" if abs(share) >= SMALLEST_SHARE else "0.0 %"
     return shown.replace("-", "−")
 
@@ -244,14 +244,14 @@ def held_out_sentence(diagnosis: DiagnosisFile) -> str:
 
 
 def score_text(effect: tracing.FoundEffect, settings: Mapping[str, Any]) -> str:
-    """Give the score of an effect, and the score that establishes it: a lower one for effects that every rig has."""
+    """Return the score of an effect, and the score that establishes it: a lower one for effects that every rig has."""
     certain = any(entry.certain for entry in _catalogue_entries(effect))
     needed = settings["score_needed_certain" if certain else "score_needed"]
     return f"{to_digits(effect.score)} nats ({needed:.3g} show {'what every rig has' if certain else 'it'})"
 
 
 def _catalogue_entries(effect: tracing.FoundEffect) -> list[Effect]:
-    """Give the entry of the catalogue for an effect; none for an unknown one."""
+    """Return the entry of the catalogue for an effect; none for an unknown one."""
     return [entry for entry in CATALOGUE if (entry.name, entry.axis) == (effect.name, effect.axis)]
 
 
@@ -271,7 +271,7 @@ def possible_sentence(effect: tracing.FoundEffect, settings: Mapping[str, Any]) 
 
 
 def typeset_notes(notes: Iterable[str]) -> list[str]:
-    """Give notes typeset; notes on one log, which begin with its name, are joined to one line."""
+    """Return notes typeset; notes on one log, which begin with its name, are joined to one line."""
     texts: dict[str, list[str]] = {}
     for note in notes:
         name, _, text = note.rstrip(".").partition(": ")
@@ -290,5 +290,5 @@ def effect_words(effect: tracing.FoundEffect) -> str:
 
 
 def effect_title(effect: tracing.FoundEffect) -> str:
-    """Give the heading of a found effect."""
+    """Return the heading of a found effect."""
     return (text := effect_words(effect))[:1].upper() + text[1:]

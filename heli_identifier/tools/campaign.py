@@ -174,7 +174,7 @@ def _connect_workers(scheduler: str, stack: ExitStack) -> Client:
 def _collect_rows(
     client: Client, waiting: Mapping[str, Source], work: Callable[..., Row], settings: DiagnosisSettings
 ) -> Iterator[Row]:
-    """Give all rigs to the workers, and yield each row as it arrives."""
+    """Return all rigs to the workers, and yield each row as it arrives."""
     futures = [client.submit(work, source, settings, key=key, pure=False) for key, source in waiting.items()]
     for future in as_completed(futures):
         advice = "the results so far are kept, and the same command continues from there."

@@ -114,7 +114,7 @@ class Fleet:
         return tuple(effect for effect in self.effects if effect.finding == finding)
 
     def document(self) -> dict[str, Any]:
-        """Give the content of fleet.json."""
+        """Return the content of fleet.json."""
         return to_plain(
             {
                 "schema": SCHEMA,

@@ -76,7 +76,7 @@ class Rig:
 
 
 def summarise_diagnosis(rig: str, diagnosis: Diagnosis) -> dict[str, Any]:
-    """Give the part of a rig's diagnosis that fleets and campaigns keep, as values for JSON."""
+    """Return the part of a rig's diagnosis that fleets and campaigns keep, as values for JSON."""
     stages = ("before", "after", "noise_floor")
     return to_plain(
         {

@@ -44,7 +44,7 @@ from .statements import (
 
 
 def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimate]:
-    """Give parameters of a plant as its file has them, with standard errors; a parameter that was given has none.
+    """Return parameters of a plant as its file has them, with standard errors; a parameter that was given has none.
 
     The standard errors of gains, which the file has at 0 V, hold for a known curve of the thrust. The standard error of
     the curve is the one towards a straight line.
@@ -148,7 +148,7 @@ def catalogue_verdicts(
 
 
 def _verdict(effect: Effect, score_of: Score | None, stated: FoundEffect | None) -> CatalogueVerdict:
-    """Give the verdict on an entry; ``stated`` is not None if it is an effect of the diagnosis."""
+    """Return the verdict on an entry; ``stated`` is not None if it is an effect of the diagnosis."""
     if score_of is None:
         zero, why = Estimate(0.0, None, effect.unit), "a defect of the logs looks like it"
         return CatalogueVerdict(effect.name, effect.axis, Verdict.NOT_TESTABLE, zero, 0.0, 0.0, None, why, "")
@@ -173,12 +173,12 @@ def _verdict(effect: Effect, score_of: Score | None, stated: FoundEffect | None)
 
 
 def _unit_suffix(unit: str) -> str:
-    """Give a unit as it is written after a number; the unit 1 is not written."""
+    """Return a unit as it is written after a number; the unit 1 is not written."""
     return "" if unit == "1" else f" {unit}"
 
 
 def _with_half_width(value: float, half: float) -> str:
-    """Give a value and the half-width of its interval, both to the second digit of the half-width."""
+    """Return a value and the half-width of its interval, both to the second digit of the half-width."""
     digits = max(1 - floor(log10(half)), 0) if 0.0 < half < inf else 3
     return f"{value:z.{digits}f} ± {half:.{digits}f}"
 

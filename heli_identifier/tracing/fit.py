@@ -132,16 +132,16 @@ class Fit:
         return np.asarray(sum(record.weights.sum(0) for record in self.likelihood.records) > 0.0)
 
     def estimate(self, name: str) -> float:
-        """Give the value of a parameter as :meth:`.Rig.read` defines it at the operating point."""
+        """Return the value of a parameter as :meth:`.Rig.read` defines it at the operating point."""
         return self.likelihood.rig.read(self.parameters, name)
 
     def slope(self, name: str) -> float:
-        """Give abs(dp/dx) of a parameter at its present value, in its unit."""
+        """Return abs(dp/dx) of a parameter at its present value, in its unit."""
         i = self.fields.index(name)
         return self.coordinates[i].slope(self.coordinates[i].value(self.x[i]))
 
     def gradient(self, read: Callable[[Parameters], float]) -> Array:
-        """Give the derivatives (P,), by the coordinates of the plant, of a number that ``read`` takes from it."""
+        """Return the derivatives (P,), by the coordinates of the plant, of a number that ``read`` takes from it."""
         rig, slopes = self.likelihood.rig, np.empty(len(self.fields))
         for i in range(len(slopes)):
             c, x = self.coordinates[i], self.x[i]
@@ -150,7 +150,7 @@ class Fit:
         return slopes
 
     def air(self) -> Array:
-        """Give level [rad/s^2], c, f [1/s], psi [rad] and k [1/s] of every axis, shape (5, a).
+        """Return level [rad/s^2], c, f [1/s], psi [rad] and k [1/s] of every axis, shape (5, a).
 
         The level is the standard deviation of the part that lasts for 1/:data:`.settings.SEEN_AT`: a shorter torque
         does not move a bench.
@@ -161,7 +161,7 @@ class Fit:
         return np.vstack((air[0] * self.encoder_noise() * np.sqrt(lasting), air[1:]))
 
     def encoder_noise(self) -> Array:
-        """Give the standard deviation r [rad] of the encoders' noise, shape (a,)."""
+        """Return the standard deviation r [rad] of the encoders' noise, shape (a,)."""
         axes = self.likelihood.filters(self.likelihood.records[0], self.point)
         return np.asarray(self.sigma / np.sqrt([axis.S for axis in axes]))
 
@@ -257,7 +257,7 @@ def _join_airs(fits: Sequence[Fit]) -> Fit:
 def _coordinates_of(
     likelihood: Likelihood, fields: Sequence[str], parameters: Parameters
 ) -> tuple[tuple[Coordinate, ...], Array]:
-    """Give the coordinates of some parameters and faults, and their values x (P,) for a plant and a likelihood."""
+    """Return the coordinates of some parameters and faults, and their values x (P,) for a plant and a likelihood."""
     rig, faults = likelihood.rig, {fault.field: fault for fault in FAULTS}
     coordinates = [rig.coordinate(name, parameters) for name in fields if name not in faults]
     x = [c.coordinate(rig.read(parameters, c.field)) for c in coordinates]
@@ -295,7 +295,7 @@ def _descend(
 
 
 def known_fit(likelihood: Likelihood, fields: Sequence[str], point: Point, sigma: Array) -> Fit:
-    """Give the fit of ``fields`` whose result is known: a plant, its air, and scales ``sigma`` (a,) [rad]."""
+    """Return the fit of ``fields`` whose result is known: a plant, its air, and scales ``sigma`` (a,) [rad]."""
     return replace(Fit.at(likelihood, *_coordinates_of(likelihood, fields, point.parameters), point), sigma=sigma)
 
 

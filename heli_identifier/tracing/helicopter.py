@@ -94,7 +94,7 @@ of .1, .03, .01 rad/s^2 over .5 to .7 mrad."""
 
 
 def plausible_range(field: str, voltage_limit: float) -> tuple[float, float]:
-    """Give the range that holds 95 % of the prior of a parameter of Table 2, in its unit; a gain has either sign."""
+    """Return the range that holds 95 % of the prior of a parameter of Table 2, in its unit; a gain has either sign."""
     if field in _FULL_THRUST:
         highest = _FULL_THRUST[field] / voltage_limit * exp(2.0 * GAIN_WIDTH)
         return -highest, highest
@@ -169,12 +169,12 @@ class Rig:
 
     @staticmethod
     def air(z: Array) -> Array:
-        """Give :func:`.noise.physical` of the axes' air at its coordinates z (5, 3)."""
+        """Return :func:`.noise.physical` of the axes' air at its coordinates z (5, 3)."""
         return physical(z, _USUAL_AIR)
 
     @staticmethod
     def readings(record: Record, plants: Sequence[PlantParameters]) -> Iterator[Array]:
-        """Give reading minus angle [rad], (N, 3) each, of plants with the same rotors, whose arms bend."""
+        """Return reading minus angle [rad], (N, 3) each, of plants with the same rotors, whose arms bend."""
         mu = sum_thrust(record, plants[0])
         for p in plants:
             bending = np.zeros((record.samples, 3))
@@ -190,7 +190,7 @@ class Rig:
         return tuple(effect for effect in self.effects if effect.field not in self.base)
 
     def with_priors(self, priors: Mapping[str, tuple[float, float]]) -> "Rig":
-        """Give the same rig with other priors: centre and width by field."""
+        """Return the same rig with other priors: centre and width by field."""
         return replace(self, known={**self.known, **priors})
 
     def assign(self, p: PlantParameters, values: Mapping[str, float]) -> PlantParameters:
@@ -207,7 +207,7 @@ class Rig:
         return q._replace(**{WEIGHT: self._lift(q) + beyond})
 
     def read(self, p: PlantParameters, field: str) -> float:
-        """Give the value of one parameter as it acts at the operating point.
+        """Return the value of one parameter as it acts at the operating point.
 
         For a gain this is the slope, for the coefficient of a law that the thrust drives the coefficient per volt, and
         for a_1 its difference from the lift, the acceleration [rad/s^2] of the elevation by the thrust.
@@ -217,7 +217,7 @@ class Rig:
         return float(getattr(p, field)) * self._slopes(p).get(field, 1.0)
 
     def _slopes(self, p: PlantParameters) -> dict[str, float]:
-        """Give by which factor gains and coefficients of :data:`DRIVEN` act more than with a linear rotor."""
+        """Return by which factor gains and coefficients of :data:`DRIVEN` act more than with a linear rotor."""
         slope, share = thrust_slopes(p, self.operating_point)
         driven = (field for field in DRIVEN if field not in self.known)  # a given value is the coefficient of the law
         return dict(zip(GAINS, (slope, slope, share), strict=True)) | dict.fromkeys(driven, share)
@@ -232,7 +232,7 @@ class Rig:
         return p._replace(**gains, **{WEIGHT: p.a_1 + self._lift(p) * (factors[GAINS.index("k_z")] - 1.0)})
 
     def linear(self, p: PlantParameters) -> tuple[tuple[float, float], ...]:
-        """Give damping [1/s] and stiffness [1/s^2] of each axis, for the gains of its filter."""
+        """Return damping [1/s] and stiffness [1/s^2] of each axis, for the gains of its filter."""
         return (p.a_wx, p.a_th), (p.a_wz, p.a_e), (p.a_wy, 0.0)
 
     def stable(self, p: PlantParameters) -> tuple[bool, ...]:
@@ -317,7 +317,7 @@ class Rig:
     def partial_residual(
         self, record: Record, parameters: PlantParameters, bare: PlantParameters, effect: Effect
     ) -> tuple[str, str, str, Array, Array, Array]:
-        """Give the points of an effect's curve; an effect of the rotors is drawn on the elevation.
+        """Return the points of an effect's curve; an effect of the rotors is drawn on the elevation.
 
         Returned are axis, variable, its unit and its values, the measured acceleration minus that of ``bare``, the
         plant without the effect, and the acceleration by the effect, both smoothed.

@@ -80,11 +80,11 @@ class Likelihood:
 
     @classmethod
     def of(cls, logs: Sequence[Log], rig: Rig) -> "Likelihood":
-        """Give the likelihood of logs."""
+        """Return the likelihood of logs."""
         return cls(rig, records_of(logs, rig), np.repeat(PER_LOG, len(rig.axes)))
 
     def neutral_point(self, parameters: Parameters, z: Array | None = None) -> Point:
-        """Give the point of a plant in usual air, or in ``z`` (5, a), with all per-log parameters zero."""
+        """Return the point of a plant in usual air, or in ``z`` (5, a), with all per-log parameters zero."""
         calm = np.zeros((SHAPES, len(self.rig.axes)))
         return Point(parameters, calm if z is None else z, np.zeros((len(self.records), len(self.tau))))
 
@@ -102,7 +102,7 @@ class Likelihood:
 
     @lru_cache(maxsize=1)  # noqa: B019 - it is large, and many fits live at a time: they run again when asked
     def run_all(self, point: Point) -> tuple[list[Array], list[Array]]:
-        """Give the innovations (N_i, a) [rad] of every record and its filter's motion (n_i, 2a) [rad], [rad/s].
+        """Return the innovations (N_i, a) [rad] of every record and its filter's motion (n_i, 2a) [rad], [rad/s].
 
         The motion is that at the beginning of every block of :attr:`.rig.Record.held` samples.
         """
@@ -117,7 +117,7 @@ class Likelihood:
         return tuple(record.until(COARSE) for record in first)
 
     def data_terms(self, e: Sequence[Array], records: Sequence[Record] | None = None) -> tuple[Array, Array]:
-        """Give the data's part of F (a,) [nats], and the scales sigma (a,) [rad] that minimise it.
+        """Return the data's part of F (a,) [nats], and the scales sigma (a,) [rad] that minimise it.
 
         Of innovations ``e`` (N_i, a) [rad] of the ``records``, by default of all: N (ln sigma - 1/2) + sum of
         rho(e / sigma) with N sigma^2 = sum of w e^2, w Huber's weights; sigma = 1 on an axis where nothing counts.
@@ -140,7 +140,7 @@ class Likelihood:
         return F, scales
 
     def compare_airs(self, point: Point, e: Sequence[Array], airs: Sequence[Array]) -> Array:
-        """Give the terms (J, a) of F [nats] that depend on the air at the beginning, in each of J ``airs`` (5, a).
+        """Return the terms (J, a) of F [nats] that depend on the air at the beginning, in each of J ``airs`` (5, a).
 
         ``e`` (N_i, a) [rad] are the innovations in the air of the point.
         """
@@ -155,22 +155,22 @@ class Likelihood:
     def log_determinants(
         self, point: Point, sigma: Array, records: Sequence[Record] | None = None, airs: Sequence[Array] = ()
     ) -> Array:
-        """Give the last sum of F (a,) [nats], or in other ``airs`` (J, a): it integrates over the logs' torques."""
+        """Return the last sum of F (a,) [nats], or in other ``airs`` (J, a): it integrates over the logs' torques."""
         information = (self.torque_information(record, point, sigma, airs) for record in records or self.records)
         return np.asarray(0.5 * sum(map(np.log1p, information)))
 
     def torque_information(self, record: Record, point: Point, sigma: Array, airs: Sequence[Array] = ()) -> Array:
-        """Give tau^2 H (a,) of a record's constant torques: its information over that of their prior."""
+        """Return tau^2 H (a,) of a record's constant torques: its information over that of their prior."""
         responses = np.array([axis.settled for axis in self.filters(record, point, airs)]).reshape(sigma.shape)
         return np.asarray(record.weights.sum(0) * (self.widths[: sigma.shape[-1]] * responses / sigma) ** 2)
 
     def filters(self, record: Record, point: Point, airs: Sequence[Array] = ()) -> list[AxisFilter]:
-        """Give the axes' filters at a point, or in other ``airs`` (5, a), one air after the other."""
+        """Return the axes' filters at a point, or in other ``airs`` (5, a), one air after the other."""
         physical, linear = [self.rig.air(z) for z in airs or (point.z,)], self.rig.linear(point.parameters)
         return filters(record.step, linear * len(physical), np.hstack(physical))
 
     def priors(self, x: Array, point: Point) -> float:
-        """Give the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
+        """Return the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
         return float(0.5 * (x @ x + (point.z**2).sum() + ((point.per_log / self.tau) ** 2).sum()))
 
     @property
@@ -179,7 +179,7 @@ class Likelihood:
         return any(fault.channel == "voltages" for fault in self.faults)
 
     def undo_faults(self, faults: Mapping[Fault, float]) -> "Likelihood":
-        """Give the likelihood of the logs with faults undone."""
+        """Return the likelihood of the logs with faults undone."""
         logged = self.logged or self.records
         if not faults:
             return replace(self, records=logged, faults={}, logged=())
@@ -199,13 +199,13 @@ class Likelihood:
         return Move(self.rig.assign(point.parameters, values), step, coordinate.in_reading)
 
     def plant_of_log(self, i: int, point: Point, parameters: Parameters) -> Parameters:
-        """Give the plant with the gains of log ``i``."""
+        """Return the plant with the gains of log ``i``."""
         a = len(self.rig.axes)
         drift = point.per_log[i, 3 * a : 4 * a]
         return self.rig.scale_gains(parameters, np.exp(drift).tolist()) if drift.any() else parameters
 
     def aligned_record(self, i: int, point: Point) -> Record:
-        """Give record ``i`` as encoders without a zero error would read it, with the start of the point."""
+        """Return record ``i`` as encoders without a zero error would read it, with the start of the point."""
         record, a, start = self.records[i], len(self.rig.axes), self.records[i].start.copy()
         zero = point.per_log[i, 4 * a : 5 * a]
         start[: 2 * a] += point.per_log[i, a : 3 * a]
@@ -224,7 +224,7 @@ class Likelihood:
 
 
 def undo_in_record(faults: Mapping[Fault, float], logged: Record) -> Record:
-    """Give a record with faults undone."""
+    """Return a record with faults undone."""
     if not faults:
         return logged
     inputs, angles = undo_faults(faults, logged.inputs, logged.angles, logged.step)

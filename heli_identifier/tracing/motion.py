@@ -37,7 +37,7 @@ def record_start(angles: Array, inputs: Array, step: float) -> Array:
 
 
 def lag_voltages(voltages: Array, h: float, p: PlantParameters) -> Array:
-    """Give voltages (N, 2) [V], ``h`` [s] apart, behind the motors' lag of eq. (9), settled at the first sample."""
+    """Return voltages (N, 2) [V], ``h`` [s] apart, behind the motors' lag of eq. (9), settled at the first sample."""
     share, first = decay_factor(h, motor_time_constant(p)), voltages[0]
     return np.asarray(lfilter([0.0, 1.0 - share], [1.0, -share], voltages - first, axis=0) + first)
 
@@ -58,7 +58,7 @@ class Tables:
 
     @staticmethod
     def values(record: Record, parameters: PlantParameters, motion: Array) -> Array:
-        """Give the variables (n, V) along a motion (n, 6) at every :attr:`~.rig.Record.held`-th sample."""
+        """Return the variables (n, V) along a motion (n, 6) at every :attr:`~.rig.Record.held`-th sample."""
         nu = lag_voltages(record.inputs, record.step, parameters)[:: record.held]
         return np.column_stack((motion, nu.sum(1), nu[:, 0] - nu[:, 1]))
 
@@ -71,7 +71,7 @@ class Tables:
 
     @staticmethod
     def points(s: Array) -> NDArray[np.intp]:
-        """Give the nearest of these points to ``s`` (n,) spacings behind the first one."""
+        """Return the nearest of these points to ``s`` (n,) spacings behind the first one."""
         return np.clip(np.rint(50.0 * s), 0, 50 * (KNOTS - 1)).astype(np.intp)
 
     @staticmethod

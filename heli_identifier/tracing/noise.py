@@ -82,7 +82,7 @@ C = np.array([1.0, 0.0, 0.0, 0.0, 1.0])
 
 
 def physical(z: Array, usual: Array) -> Array:
-    """Give (rho, c, f, psi, k), shape (5, a), of the coordinates z (5, a), standard normal before any log is seen.
+    """Return (rho, c, f, psi, k), shape (5, a), of the coordinates z (5, a), standard normal before any log is seen.
 
     ``usual`` (a,) [1/s^2] is the level rho that the axes' air mostly has.
     """
@@ -104,7 +104,7 @@ def coordinates_of(rho: Array, c: Array, usual: Array) -> Array:
 
 
 def filters(h: float, linear: Sequence[tuple[float, float]], air: Array) -> list[AxisFilter]:
-    """Give the stationary filters of n axes at a sampling interval ``h`` [s].
+    """Return the stationary filters of n axes at a sampling interval ``h`` [s].
 
     ``linear`` are their dampings [1/s] and stiffnesses [1/s^2], ``air`` (5, n) what :func:`physical` gives.
     """
@@ -156,7 +156,7 @@ def polynomial(M: Array) -> Array:
 
 
 def _sample(flow: Array, drive: Array, h: Array) -> tuple[Array, Array]:
-    """Give exp(D h) and the integral of exp(D t) W exp(D t)' over a step (Van Loan 1978) for ``flow`` D, ``drive`` W.
+    """Return exp(D h) and the integral of exp(D t) W exp(D t)' over a step (Van Loan 1978) for ``flow`` D, ``drive`` W.
 
     A step over which D moves the state by less than a sixty-fourth is doubled until it is h long.
     """
@@ -208,14 +208,14 @@ def recolour(e: Array, old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
 
 
 def _error_polynomials(old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
-    """Give det(zI - M') of filters ``new`` with the plant of ``old``, shape (n, 6)."""
+    """Return det(zI - M') of filters ``new`` with the plant of ``old``, shape (n, 6)."""
     A, K = np.array([axis.A for axis in new]), np.array([axis.K for axis in new])
     A[:, :2, :2] = old.A[:2, :2]
     return polynomial(A - (A @ K[:, :, None]) * C)
 
 
 def slope_of_colour(axis: AxisFilter, others: Sequence[tuple[AxisFilter, float]]) -> Array:
-    """Give the derivatives of the innovations by parameters of a filter, as combinations of past innovations.
+    """Return the derivatives of the innovations by parameters of a filter, as combinations of past innovations.
 
     With g = e / det(zI - M) and m = e / det(zI - N), :func:`recolour` has the differential
 
@@ -231,13 +231,13 @@ def slope_of_colour(axis: AxisFilter, others: Sequence[tuple[AxisFilter, float]]
 
 
 def filter_innovations(axis: AxisFilter, e: Array) -> tuple[Array, Array]:
-    """Give the g and m of :func:`slope_of_colour` of innovations ``e`` (n,)."""
+    """Return the g and m of :func:`slope_of_colour` of innovations ``e`` (n,)."""
     g, m = (lfilter([1.0], poles, e) for poles in (axis.errors, axis.noise))
     return g, m
 
 
 def lagged(g: Array, m: Array, rows: slice) -> Array:
-    """Give what g was 1 to 5 and m 1 to 3 samples ago, at the ``rows`` of a record, shape (8, rows)."""
+    """Return what g was 1 to 5 and m 1 to 3 samples ago, at the ``rows`` of a record, shape (8, rows)."""
     table = np.zeros((8, rows.stop - rows.start))
     lags = [(g, lag) for lag in range(1, 6)] + [(m, lag) for lag in range(1, 4)]
     for row, (values, lag) in zip(table, lags, strict=True):
@@ -247,7 +247,7 @@ def lagged(g: Array, m: Array, rows: slice) -> Array:
 
 
 def start_memory(axis: AxisFilter, held: int = 1) -> Array:
-    """Give lfilter's state (2, 5) of :func:`error_dynamics` after a start one larger in angle, and one in rate.
+    """Return lfilter's state (2, 5) of :func:`error_dynamics` after a start one larger in angle, and one in rate.
 
     With this state and no input, scipy's lfilter gives the change of the innovations.
     """

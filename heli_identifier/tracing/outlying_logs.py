@@ -238,7 +238,7 @@ def _mirrored(fitted: Fit, record: Record, as_read: float) -> tuple[str, Record]
 
 
 def _mirrors(rig: Rig, record: Record) -> list[tuple[str, Record]]:
-    """Give a record as it would be with the usual mistakes undone."""
+    """Return a record as it would be with the usual mistakes undone."""
     found = [("front and rear exchanged", replace(record, inputs=np.ascontiguousarray(record.inputs[:, ::-1])))]
     for i, axis in enumerate(rig.axes):
         signs = np.where(np.arange(len(rig.axes)) == i, -1.0, 1.0)
@@ -247,7 +247,7 @@ def _mirrors(rig: Rig, record: Record) -> list[tuple[str, Record]]:
 
 
 def _restart(record: Record, rig: Rig) -> Record:
-    """Give a changed record the initial state that its angles and inputs imply."""
+    """Return a changed record the initial state that its angles and inputs imply."""
     return replace(record, start=rig.initial_state(record.angles, record.inputs, record.step))
 
 
@@ -283,7 +283,7 @@ def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
 
 
 def _sign(estimate: Estimate) -> int:
-    """Give -1 or 1 where a sign is beyond chance, else 0."""
+    """Return -1 or 1 where a sign is beyond chance, else 0."""
     if abs(estimate.value) <= OUTLIER * (estimate.standard_error or 0.0):
         return 0
     return 1 if estimate.value > 0.0 else -1

@@ -163,7 +163,7 @@ class _Pulses:
         return np.asarray(self.starts + self.period * np.array(WIDTHS)[:, None])
 
     def change(self, w: int) -> NDArray[np.float32]:
-        """Give v' [V/s] of the pulses of a width by start, shape (n,)."""
+        """Return v' [V/s] of the pulses of a width by start, shape (n,)."""
         return maximum_filter1d(self.rate, WIDTHS[w] + LAG, origin=(LAG - WIDTHS[w] + 1) // 2)
 
     def overlap(self, push: Event) -> NDArray[np.bool_]:
@@ -205,7 +205,7 @@ class _Pulses:
 
 
 def _dispersion(logs: Sequence[_Pulses]) -> tuple[Array, Array]:
-    """Give phi_0 and tau^2 (W, 1) of one axis in all logs; a tenth of the samples may lie in pushes."""
+    """Return phi_0 and tau^2 (W, 1) of one axis in all logs; a tenth of the samples may lie in pushes."""
     least, tau_squared = np.ones((len(WIDTHS), 1)), np.zeros((len(WIDTHS), 1))
     for w in range(len(WIDTHS)):
         u = np.concatenate([pulses.u[w, pulses.counts] for pulses in logs])

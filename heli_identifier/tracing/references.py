@@ -54,7 +54,7 @@ class Controller:
     """From reading the angles to their voltages [s]: 0, or one period of the controller."""
 
     def answer(self, angles: Array, h: float) -> Array:
-        """Give the voltage (N,) [V] with which the law answers angles (N, 3) [rad]."""
+        """Return the voltage (N,) [V] with which the law answers angles (N, 3) [rad]."""
         y = angles[:, CHANNELS[self.channel][2]].T
         late = round(self.delay / h)
         read = np.pad(y, ((0, 0), (late, 0)))[:, : len(angles)]
@@ -231,7 +231,7 @@ class _Law:
         return float(np.log(size + 1e-12)), gains / scale
 
     def loss(self, shape: _Shape, rounds: int = 15) -> float:
-        """Give the first value of :meth:`gains`; few rounds are enough to compare starts."""
+        """Return the first value of :meth:`gains`; few rounds are enough to compare starts."""
         return self.gains(shape, rounds)[0]
 
     def search(self, laws: Sequence["_Law"], again: bool = False) -> None:
@@ -279,7 +279,7 @@ class _Law:
         return periods, np.asarray(found.x)
 
     def rebuild(self) -> tuple[Controller | None, Array | None, str]:
-        """Give the controller, and r of shape (N,) [V] at the log's rate or why it is refused."""
+        """Return the controller, and r of shape (N,) [V] at the log's rate or why it is refused."""
         if self.shape is None:
             clipped = f"{100.0 * self.clipped.mean():.0f} % of the samples are at the limit of {self.limit:.2f} V"
             return None, None, clipped if self.clipped.any() else "the log is too short or the voltages rest"
@@ -324,7 +324,7 @@ def _residual(target: Array, columns: Array) -> Array:
 
 
 def _added_r2(target: Array, past: Array, others: Array) -> tuple[float, float]:
-    """Give the adjusted R2 of ``others`` for the residual of a regression on ``past``, and the p value of an F test."""
+    """Return adjusted R2 of ``others`` for the residual of a regression on ``past``, and p value of an F test."""
     without = float(np.sum(_residual(target, past) ** 2))
     beside = float(np.sum(_residual(target, np.hstack([past, others])) ** 2))
     number, free = others.shape[1], len(target) - past.shape[1] - others.shape[1] - 1

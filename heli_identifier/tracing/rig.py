@@ -82,21 +82,21 @@ class Coordinate:
         return cls(fault.field, 0.0, width, fault.lower, fault.upper, step=step, fault=fault)
 
     def value(self, x: float) -> float:
-        """Give the parameter at a coordinate."""
+        """Return the parameter at a coordinate."""
         if self.sign:
             return self.sign * self.centre * exp(self.width * x)
         u = self.centre + self.width * x
         return u / (1.0 - self.bend * u)
 
     def assigned(self, x: float) -> dict[str, float]:
-        """Give what the plant's parameters are at a coordinate, by field."""
+        """Return what the plant's parameters are at a coordinate, by field."""
         value = self.value(x)
         if self.fault is not None:
             return {}
         return {self.field: value, self.tied: value} if self.tied else {self.field: value}
 
     def coordinate(self, value: float) -> float:
-        """Give the coordinate of a value, moved into the bounds."""
+        """Return the coordinate of a value, moved into the bounds."""
         low, high = self.bounds
         return min(max(self._unbounded(value), low), high)
 
@@ -114,7 +114,7 @@ class Coordinate:
         return min(max(log(size) / self.width, -FARTHEST), FARTHEST) if size > 0.0 else -FARTHEST
 
     def slope(self, value: float) -> float:
-        """Give abs(dp/dx) at a value, in the parameter's unit."""
+        """Return abs(dp/dx) at a value, in the parameter's unit."""
         return abs(self.width * value) if self.sign else self.width * (1.0 + self.bend * value) ** 2
 
 
@@ -201,13 +201,13 @@ class Record:
         return self.held * max(1, round(BLOCK / (self.held * self.step)))
 
     def until(self, seconds: float) -> "Record":
-        """Give the record up to an instant [s]."""
+        """Return the record up to an instant [s]."""
         n = slice(round(seconds / self.step))
         cut = {name: getattr(self, name)[n] for name in ("time", "inputs", "angles", "weights")}
         return replace(self, **cut, pushes=[(axis, course[n]) for axis, course in self.pushes])
 
     def torque(self, constant: Array, sizes: Sequence[float]) -> Array:
-        """Give a ``constant`` torque (a,) [rad/s^2], and where there are pushes with these ``sizes``, (N, a)."""
+        """Return a ``constant`` torque (a,) [rad/s^2], and where there are pushes with these ``sizes``, (N, a)."""
         if not self.pushes:
             return constant
         torque = np.tile(constant, (self.samples, 1))

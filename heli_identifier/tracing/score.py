@@ -120,27 +120,27 @@ class Scores:
         return [name for name in self.fitted.names if name in self.effects]
 
     def _with(self, **changed: Any) -> "Scores":
-        """Give a copy with other attributes, which chooses its columns again."""
+        """Return a copy with other attributes, which chooses its columns again."""
         part = copy(self)
         vars(part).pop("chosen", None)
         vars(part).update(changed)
         return part
 
     def of_logs(self, logs: Sequence[int]) -> "Scores":
-        """Give the same for some of the logs."""
+        """Return the same for some of the logs."""
         H, g = self.quadratic.H[list(logs)].sum(0), self.quadratic.g[list(logs)].sum(0)
         return self._with(H=H + np.eye(len(g)), g=g + self.quadratic.prior)
 
     def all_but(self, log: int) -> "Scores":
-        """Give the same for all logs but one."""
+        """Return the same for all logs but one."""
         return self.of_logs([other for other in range(len(self.quadratic.H)) if other != log])
 
     def without(self, fields: Collection[str]) -> "Scores":
-        """Give the same with some parameters of the fit held at zero."""
+        """Return the same with some parameters of the fit held at zero."""
         return self._with(off=frozenset(fields))
 
     def redraw(self, truth: Array, rng: np.random.Generator) -> "Scores":
-        """Give the same with random gradients around a step ``truth`` (n,): further flights of that plant."""
+        """Return the same with random gradients around a step ``truth`` (n,): further flights of that plant."""
         spread = np.sqrt(np.outer(self.dispersion, self.dispersion))
         g = np.array([rng.multivariate_normal(-H @ truth, spread * H, check_valid="ignore", method="eigh")
                       for H in self.quadratic.H])  # fmt: skip
@@ -161,7 +161,7 @@ class Scores:
 
     @cached_property
     def units(self) -> dict[str, float]:
-        """Give for each effect the plant's value that acts as 1 at the operating point; 1 for sizes of faults."""
+        """Return for each effect the plant's value that acts as 1 at the operating point; 1 for sizes of faults."""
         rig, p = self.fitted.likelihood.rig, self.fitted.parameters
         fields = {c.field for c in self.coordinates if c.fault is None}
         of_plant = {name: float(getattr(rig.assign(p, {name: 1.0}), name)) for name in self.effects.keys() & fields}
@@ -204,7 +204,7 @@ class Scores:
         return d, i
 
     def fall(self, selected: Collection[str]) -> float:
-        """Give how far F falls [nats] to that minimum."""
+        """Return how far F falls [nats] to that minimum."""
         return fall_by(self.H, self.g, self.minimum(selected)[0])
 
     def scores(self, selected: Collection[str], among: Collection[str] | None = None) -> dict[str, Score]:

@@ -81,7 +81,7 @@ class Quadratic:
 def linearise(
     likelihood: Likelihood, point: Point, coordinates: Sequence[Coordinate], x: Array, sigma: Array
 ) -> Quadratic:
-    """Give the quadratic form of F around a point.
+    """Return the quadratic form of F around a point.
 
     The ``coordinates`` that may move are at ``x`` (P,), the scales ``sigma`` (a,) are those at the point.
     """
@@ -169,7 +169,7 @@ class Sensitivities:
         self._at_rate: dict[float, list[_Axis]] = {}
 
     def of_record(self, i: int, e: Array, motion: Array) -> Iterator[tuple[slice, list[Rows], list[Rows]]]:
-        """Give the derivatives of the innovations ``e`` (N, a) of record ``i``: the samples of a chunk, then two lists.
+        """Return derivatives of the innovations ``e`` (N, a) of record ``i``: the samples of a chunk, then two lists.
 
         They hold for every axis those that are not zero: what is taken at every sample, and what is held over blocks of
         ``record.held``. The derivative is the sum of both.
@@ -220,7 +220,7 @@ class Sensitivities:
             yield rows, fast, slow
 
     def _of_reading(self, i: int, motion: Array, plant: Parameters) -> list[dict[int, Array]]:
-        """Give by axis and coordinate the derivatives (N,) by a bending of the arm and by faults of the log."""
+        """Return by axis and coordinate the derivatives (N,) by a bending of the arm and by faults of the log."""
         L, moves, record = self.likelihood, self.moves, self.likelihood.records[i]
         axes = self._of_rate(record)
         found = [dict[int, Array]() for _ in axes]
@@ -244,7 +244,7 @@ class Sensitivities:
         return found
 
     def log_determinant_slopes(self, i: int, sigma: Array) -> Array:
-        """Give the derivatives (count,) of record ``i``'s part of :meth:`.Likelihood.log_determinants`."""
+        """Return the derivatives (count,) of record ``i``'s part of :meth:`.Likelihood.log_determinants`."""
         record, slopes = self.likelihood.records[i], np.zeros(self.count)
         information = self.likelihood.torque_information(record, self.point, sigma)
         for axis, H in zip(self._of_rate(record), information, strict=True):
@@ -252,7 +252,7 @@ class Sensitivities:
         return slopes
 
     def _of_rate(self, record: Record) -> list[_Axis]:
-        """Give the filters of the axes at the rate of a record, and their derivatives by the coordinates."""
+        """Return the filters of the axes at the rate of a record, and their derivatives by the coordinates."""
         if record.step in self._at_rate:
             return self._at_rate[record.step]
         axes = self._at_rate[record.step] = list[_Axis]()
@@ -264,7 +264,7 @@ class Sensitivities:
         return axes
 
     def _other_filters(self, h: float) -> list[dict[int, tuple[AxisFilter, float]]]:
-        """Give by axis and number of a coordinate the filter with that coordinate moved, and by how much it was moved.
+        """Return by axis and number of a coordinate the filter with that coordinate moved, and how far it was moved.
 
         Parameters of the air move the filters, and so do damping and stiffness of the plant.
         """

@@ -21,7 +21,7 @@ from .statements import Agreement
 
 
 def open_structure(selection: Selection, plant: Fit) -> list[tuple[Effect, Array]]:
-    r"""Give how far a plant's coordinates (P,) may lie off because of each effect that the logs leave open.
+    r"""Return how far a plant's coordinates (P,) may lie off because of each effect that the logs leave open.
 
         sqrt(p_j (1 - p_j)) delta_j,    p_j = 1/(1 + exp(T_j - S_j))
 

@@ -49,7 +49,7 @@ class NamedShape(msgspec.Struct, frozen=True, tag_field="kind", tag="parameters"
 
 
 def variable_name(variable: str) -> str:
-    """Give a variable of a torque as words."""
+    """Return a variable of a torque as words."""
     voltages = {"mu_sum": "sum of the voltages", "mu_diff": "difference of the voltages"}
     return {**voltages, "mu_rate": "rate of the sum of the voltages"}.get(variable, variable.replace("_", " "))
 

@@ -91,7 +91,7 @@ def _weigh_torques(fitted: Fit, a: int, groups: Sequence[Torques]) -> list[Unkno
 
 
 def _variables(fitted: Fit) -> list[Array]:
-    """Give the variables of the tables along each record's motion, shape (n_i, V)."""
+    """Return the variables of the tables along each record's motion, shape (n_i, V)."""
     L, motion = fitted.likelihood, fitted.likelihood.run_all(fitted.point)[1]
     return [L.rig.tables.values(r, fitted.parameters, m) for r, m in zip(L.records, motion, strict=True)]
 
@@ -224,7 +224,7 @@ def _set_harmonics(fitted: Fit, unknowns: Sequence[Unknown]) -> Fit:
 
 
 def _weigh_fall(selection: Selection, fall: float, u: Unknown) -> Unknown:
-    """Give an unknown torque the nats of its ``fall`` of F, over the dispersion of its axis."""
+    """Return an unknown torque the nats of its ``fall`` of F, over the dispersion of its axis."""
     form, axis = selection.form, selection.fit.likelihood.rig.axes.index(u.axis)
     phi = np.median(form.dispersion[form.quadratic.information.argmax(0) == axis])
     return replace(u, nats=fall / float(phi))
