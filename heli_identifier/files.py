@@ -30,7 +30,7 @@ PREFIX = ".heli-draft-"
 LARGEST_ARCHIVE = 2_000_000_000
 """Bytes that an archive may hold unpacked. The largest FMUs, with tables in them, have some hundred megabytes."""
 
-KEPT: list[Path] = []
+PROTECTED: list[Path] = []
 """Files that the command of this process reads; no result may replace one of them."""
 
 _DISK_BLOCK = 4096  # least size of an entry on a disk [bytes]
@@ -40,9 +40,9 @@ _KINDS = {"d": "a folder", "p": "a pipe", "c": "a device", "b": "a device", "s":
 """Kinds of files by the first letter that ``ls -l`` shows."""
 
 
-def is_kept(path: Path) -> bool:
-    """Whether a file is one of :data:`KEPT`."""
-    return path.is_file() and any(other.is_file() and path.samefile(other) for other in KEPT)
+def is_protected(path: Path) -> bool:
+    """Whether a file is one of :data:`PROTECTED`."""
+    return path.is_file() and any(other.is_file() and path.samefile(other) for other in PROTECTED)
 
 
 def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
@@ -88,7 +88,7 @@ def _replace(target: Path, present: os.stat_result | None, data: bytes) -> None:
         draft.replace(target)
 
 
-def given_bytes(
+def read_limited(
     path: Path, largest: float, kind: type[Exception], missing: str = "", folder: str = "", large: str = ""
 ) -> bytes:
     """Read a file that a user named, which may be anything, up to a size of ``largest`` [MB].
@@ -127,11 +127,11 @@ def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
             path.mkdir(0o700)
         except OSError as error:
             raise OSError(error.errno, error.strerror, str(parent)) from error
-        sweep(parent, path.stat().st_mtime)
+        remove_stale_drafts(parent, path.stat().st_mtime)
         yield path
 
 
-def sweep(folder: Path, now: float) -> None:
+def remove_stale_drafts(folder: Path, now: float) -> None:
     """Remove the drafts in ``folder`` that ended processes have left behind.
 
     ``now`` is the time stamp of a file written just now [s], since the clock of a process may be wrong by years.

@@ -1,8 +1,8 @@
 """Processes: the signals that end one, its clean-up, its child processes, and the memory that it may take.
 
-Within a block of :func:`handled_here`, SIGTERM, SIGHUP and Ctrl-C end the process from within their handler: it kills
-the child processes, calls what :func:`undo_at_end` has registered, and exits with 128 plus the signal's number, as a
-shell does. An exception would not be enough: Python drops one that a signal raises within the callback of a weak
+Within a block of :func:`clean_up_on_signals`, SIGTERM, SIGHUP and Ctrl-C end the process from within their handler: it
+kills the child processes, calls what :func:`undo_at_end` has registered, and exits with 128 plus the signal's number,
+as a shell does. An exception would not be enough: Python drops one that a signal raises within the callback of a weak
 reference or a ``__del__``, and a library may swallow or replace it.
 
 All differences between POSIX and Windows are in this module. Windows has no resource, fork and SIGHUP, and an open file
@@ -58,7 +58,7 @@ def undo_at_end(undo: Callable[[], object]) -> Iterator[None]:
 
 
 @contextmanager
-def handled_here() -> Iterator[None]:
+def clean_up_on_signals() -> Iterator[None]:
     """While the block runs, let the signals that ask a command to end clean up and end the process at once.
 
     A signal that is ignored stays ignored: SIGHUP under nohup, Ctrl-C in the background.

@@ -41,12 +41,12 @@ class Torque(NamedTuple):
 
 
 class ObserverGains(NamedTuple):
-    """Gains on the innovation: ``angle`` [1], ``rate`` [1/s], ``torque`` [1/s^2]; ``kept`` = exp(-gamma h) [1]."""
+    """Gains on the innovation: ``angle`` [1], ``rate`` [1/s], ``torque`` [1/s^2]; ``decay`` = exp(-gamma h) [1]."""
 
     angle: float
     rate: float
     torque: float
-    kept: float
+    decay: float
 
 
 def observer_gains(bandwidth: float, h: float) -> ObserverGains:
@@ -74,7 +74,7 @@ def observer_gains(bandwidth: float, h: float) -> ObserverGains:
 def predict_state(state: PlantState, torque: Torque, h: float, g: ObserverGains) -> tuple[PlantState, Torque]:
     """Return the plant's state after its step of ``h`` [s] with ``torque`` added, and ``torque`` after its decay."""
     predicted = shift_motion(state, [0.5 * h * h * d for d in torque], [h * d for d in torque])
-    return predicted, Torque(*(g.kept * d for d in torque))
+    return predicted, Torque(*(g.decay * d for d in torque))
 
 
 def correct_state(

@@ -8,10 +8,10 @@ import pytest
 from benchmarks.rigs import damage_log, log_of, windy_log, windy_logs
 from heli_identifier.chain import (
     FAULTS,
-    event_notes,
+    describe_events,
     find_slips,
     is_counted,
-    passages,
+    passages_left_out,
     undo_delays,
     undo_faults,
     undo_slips,
@@ -219,10 +219,10 @@ def test_what_is_left_out_is_the_event_with_its_margins_and_what_the_filter_then
     def pushed(start, end):
         return [Event(log.name, "pitch", start, end, log.start + start, log.start + end, "force", 1.0)]
 
-    ((start, end),) = passages(pushed(30.0, 31.0))
+    ((start, end),) = passages_left_out(pushed(30.0, 31.0))
     assert start < 30.0 - 0.2 and end > 31.0 + 0.2  # the edges of an event are known to .2 s
     used = is_counted(log.time, pushed(30.0, 31.0)).sum() * log.step
     assert used == pytest.approx(log.duration - SETTLING - (end - start) - SETTLING, abs=3 * log.step)
     assert not is_counted(log.time, pushed(0.0, 90.0)).any()
-    doubts = ["not be of the rig" in event_notes([log], pushed(*ends))[0] for ends in ((30.0, 31.0), (10.0, 80.0))]
+    doubts = ["not be of the rig" in describe_events([log], pushed(*ends))[0] for ends in ((30.0, 31.0), (10.0, 80.0))]
     assert doubts == [False, True]

@@ -14,7 +14,7 @@ import pytest
 from heli_identifier import files, processes
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
-from heli_identifier.results.documents import whole_folder
+from heli_identifier.results.documents import write_whole_folder
 from tests.commands import run_python
 
 
@@ -102,17 +102,17 @@ def test_ctrl_c_while_a_draft_is_made_leaves_none(tmp_path, monkeypatch):
 
 
 def test_results_appear_together_replace_those_of_their_names_and_leave_others(tmp_path):
-    with whole_folder(tmp_path / "a" / "b") as draft:
+    with write_whole_folder(tmp_path / "a" / "b") as draft:
         (draft / "x").write_text("old")
         assert not (tmp_path / "a").exists()
     (tmp_path / "a" / "b" / "mine").write_text("kept")
-    with whole_folder(tmp_path / "a" / "b") as draft:
+    with write_whole_folder(tmp_path / "a" / "b") as draft:
         (draft / "x").write_text("new")
     assert contents(tmp_path / "a" / "b") == {"x": "new", "mine": "kept"}
     assert names(tmp_path) == ["a"]
     # an exception leaves nothing behind and nothing changed
     for target in (tmp_path / "a" / "b", tmp_path / "c" / "d"):
-        with pytest.raises(RuntimeError), whole_folder(target) as draft:
+        with pytest.raises(RuntimeError), write_whole_folder(target) as draft:
             (draft / "x").write_text("newer")
             raise RuntimeError
     assert contents(tmp_path / "a" / "b") == {"x": "new", "mine": "kept"} and names(tmp_path) == ["a"]
@@ -134,7 +134,7 @@ def test_a_move_that_fails_or_is_ended_by_a_signal_takes_back_those_before_it(tm
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Path, "replace", replace)
-        with pytest.raises(ConfigurationError, match="nothing was changed"), whole_folder(tmp_path) as draft:
+        with pytest.raises(ConfigurationError, match="nothing was changed"), write_whole_folder(tmp_path) as draft:
             for name in old:
                 (draft / name).write_text("new")
     assert contents(tmp_path) == old and names(tmp_path) == list(old)
@@ -148,7 +148,7 @@ def test_a_link_to_a_folder_and_a_link_in_it_are_followed(tmp_path):
     (tmp_path / "link").symlink_to(real)
     (tmp_path / "dangling").symlink_to(tmp_path / "made")
     for target in ("link", "dangling"):
-        with whole_folder(tmp_path / target) as draft:
+        with write_whole_folder(tmp_path / target) as draft:
             (draft / "x").write_text("new")
     assert (real / "x").is_symlink() and (tmp_path / "dangling").is_symlink()
     assert contents(tmp_path) == {"elsewhere": "new"} and contents(tmp_path / "made") == {"x": "new"}

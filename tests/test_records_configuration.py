@@ -9,7 +9,7 @@ from scipy.signal import lfilter
 
 from heli_identifier import records
 from heli_identifier.errors import ConfigurationError, LogError
-from heli_identifier.records import LogFormat, RigConfiguration, demo_files, guess, read_log, suspicions
+from heli_identifier.records import LogFormat, RigConfiguration, demo_files, find_suspicions, guess, read_log
 from heli_identifier.records.heli_toml import read_examples
 from heli_identifier.records.units import ANGLES, NAMED
 from tests.commands import heli
@@ -122,7 +122,7 @@ def test_the_rows_of_an_unnamed_matrix_are_found_by_what_they_do_to_each_other(t
     assert np.allclose(log.voltages, TRUE.voltages, atol=1e-12)
     # An encoder of 4096 counts is off by half a count at most.
     assert np.abs(log.angles - TRUE.angles).max() <= np.pi / 4096 + 1e-9
-    assert suspicions(log) == ()
+    assert find_suspicions(log) == ()
 
 
 def test_a_file_without_headers_is_looked_into_and_one_of_few_columns_refused(tmp_path):
@@ -146,7 +146,7 @@ def test_the_configuration_that_init_writes_reads_the_log_and_gives_every_reason
     text = (tmp_path / "heli.toml").read_text()
     assert 'pitch = "ans(4,:)"' in text
     assert "a larger front voltage lowers it in the file" in text
-    assert suspicions(read_log("log.mat", records.read_configuration("heli.toml"))) == ()
+    assert find_suspicions(read_log("log.mat", records.read_configuration("heli.toml"))) == ()
     again = heli("init", "log.mat")
     assert (again.exit_code, "exists already" in again.output) == (2, True)
 
@@ -161,9 +161,9 @@ WRONG = {
 
 
 def test_wrong_columns_and_signs_are_noticed_on_reading():
-    assert suspicions(TRUE) == ()
+    assert find_suspicions(TRUE) == ()
     for voltages, angles, said in WRONG.values():
-        (found,) = suspicions(replace(TRUE, voltages=voltages, angles=angles))
+        (found,) = find_suspicions(replace(TRUE, voltages=voltages, angles=angles))
         assert said in found
 
 

@@ -81,11 +81,11 @@ def test_no_log_may_count_twice_even_under_another_name_or_if_it_is_short(tmp_pa
     first, second, _ = records.demo_files("rig-a")[0]
     copy = shutil.copy(second, tmp_path / "copy.csv")
     with pytest.raises(LogError, match=r"copy.csv is held out for validation but shares samples with .*train2.csv"):
-        records.check_apart(*records.read_data_set([first, second], [copy], end=6.0))
+        records.check_held_out_is_new(*records.read_data_set([first, second], [copy], end=6.0))
     with pytest.raises(LogError, match=r"copy.csv holds the same samples as .*train2.csv \(6 s from .*; give each log"):
-        records.check_apart(*records.read_data_set([first], [second, copy], end=6.0))
-    assert len(records.count_once(records.read_logs([first, second, copy], end=6.0))[0]) == 2
-    records.check_apart(records.read_logs(second, end=6.0), records.read_logs(second, start=6.01, end=12.0))
+        records.check_held_out_is_new(*records.read_data_set([first], [second, copy], end=6.0))
+    assert len(records.drop_excerpts(records.read_logs([first, second, copy], end=6.0))[0]) == 2
+    records.check_held_out_is_new(records.read_logs(second, end=6.0), records.read_logs(second, start=6.01, end=12.0))
 
 
 COUNT = 2.0 * np.pi / 4096
@@ -143,15 +143,15 @@ COPIES = {
 @pytest.mark.parametrize("done", COPIES)
 def test_a_copy_of_a_flight_is_recognised_whatever_was_done_to_it(done):
     one, other = log_of(RIG.train[2]), log_of(COPIES[done](RIG.train[2]))
-    assert records.shared_flight(one, other) is not None
-    assert records.shared_flight(other, one) is not None
+    assert records.find_shared_flight(one, other) is not None
+    assert records.find_shared_flight(other, one) is not None
 
 
 def test_the_stretch_that_two_logs_share_is_found():
     """Pieces are 8 s: the stretch is known to that, its place to the sample of the common grid."""
     samples = RIG.train[2]
     one, other = log_of(samples[:6000]), log_of(samples[3000:])
-    first, second, length = records.shared_flight(one, other)
+    first, second, length = records.find_shared_flight(one, other)
     assert first - second == pytest.approx(30.0, abs=0.05)
     assert 22.0 <= length <= 30.0
 
@@ -161,17 +161,17 @@ def test_flights_of_the_same_voltages_or_under_one_controller_or_at_rest_are_not
     for samples in (RIG.train[0], RIG.train[2]):
         again = [log_of(simulate_log(RIG.truth, samples[:, 1:3], seed)) for seed in (1, 2)]
         for one, other in combinations([log_of(samples), *again], 2):
-            assert records.shared_flight(one, other) is None
+            assert records.find_shared_flight(one, other) is None
     # at rest angles are noise alone, in which every recording is like every other one
     logs = windy_logs(windy_rig(501, quiet=True, effects="bare", counts={"a": 4}), "a")
     rng = np.random.default_rng(0)
     logs += [records.Log("rest", 100.0, np.zeros((6000, 2)), rng.normal(0.0, 3e-4, (6000, 3))) for _ in range(2)]
-    assert not any(records.shared_flight(one, other) for one, other in combinations(logs, 2))
+    assert not any(records.find_shared_flight(one, other) for one, other in combinations(logs, 2))
 
 
 def test_a_flight_that_is_given_twice_counts_once_and_is_refused_in_two_rigs_of_a_fleet():
     logs = [log_of(COPIES["cut to 20 s"](RIG.train[2]), "part"), log_of(RIG.train[0]), log_of(RIG.train[2], "whole")]
-    kept, (note,) = records.count_once(logs)
+    kept, (note,) = records.drop_excerpts(logs)
     assert kept == (logs[1], logs[2])  # the longer one stays
     assert note.startswith("part is left out: ") and "the same flight as whole" in note
     one = Rig((log_of(RIG.train[2], "a"),), (log_of(RIG.held, "b"),))

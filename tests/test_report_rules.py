@@ -24,7 +24,7 @@ from heli_identifier.results import (
     document_text,
     read_document,
     read_parameters,
-    to_plain,
+    to_json_value,
 )
 from heli_identifier.results.report import experiments_of, report_page
 from heli_identifier.results.words import effect_name, leading_error, typeset_notes, verdict_line
@@ -175,7 +175,7 @@ def test_an_effect_has_coefficient_error_unit_and_shape_and_a_number_that_is_not
     assert (line["coefficient"], line["in_plant"], line["shape"]["kind"]) == (None, False, "periodic")
     assert (curve["in_plant"], curve["shape"]["kind"], len(curve["shape"]["curve"][0])) == (True, "curve", 2)
     # json would write Infinity, which no other parser takes
-    assert to_plain({"a": float("inf"), "b": [float("nan"), 1.0]}) == {"a": None, "b": [None, 1.0]}
+    assert to_json_value({"a": float("inf"), "b": [float("nan"), 1.0]}) == {"a": None, "b": [None, 1.0]}
     entries = example_diagnosis().to_dict()["catalogue"]
     blind = next(entry for entry in entries if entry["name"] == "inertial_coupling")
     assert blind["estimate"]["standard_error"] is None
@@ -207,7 +207,7 @@ def test_a_diagnosis_is_read_back_as_the_value_that_was_written_and_a_damaged_en
     file, found, document = tmp_path / "diagnosis.json", made(), made().to_dict()
     file.write_text(document_text(document), encoding="utf-8")
     read = read_document(file, DiagnosisFile)
-    assert to_plain(read) == document
+    assert to_json_value(read) == document
     for name in ("effects_after", "parameters", "parameters_before", "axes", "data", "held_out", "possible"):
         assert getattr(read, name) == getattr(found, name)
     document["axes"]["pitch"]["after"]["prediction_1s"]["value"] = "small"

@@ -10,12 +10,12 @@ from .answers import controller_samples, undo_delays
 from .events import (
     MARGIN,
     SETTLING,
-    event_notes,
+    describe_events,
     find_slips,
     is_counted,
     local_cubic,
     mark_events,
-    passages,
+    passages_left_out,
     undo_slips,
 )
 from .faults import FAULTS, Fault, undo_faults

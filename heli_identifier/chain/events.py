@@ -63,7 +63,7 @@ def mark_events(logs: Sequence[Log], events: Sequence[Event]) -> tuple[Log, ...]
     return tuple(marked)
 
 
-def passages(events: Sequence[Event]) -> list[tuple[float, float]]:
+def passages_left_out(events: Sequence[Event]) -> list[tuple[float, float]]:
     """Return the passages to leave out around the events of a log: start and end [s] since its first sample."""
     return [(event.start - MARGIN, event.end + MARGIN) for event in events]
 
@@ -90,12 +90,12 @@ def is_counted(time: Array, events: Sequence[Event], settled: bool = False) -> N
     The start of a log does not count either: while the filter settles, or the motors only if the filter is ``settled``.
     """
     counts = time > (MARGIN if settled else SETTLING)
-    for start, end in passages(events):
+    for start, end in passages_left_out(events):
         counts &= (time < start) | (time > end + SETTLING)
     return counts
 
 
-def event_notes(logs: Sequence[Log], events: Sequence[Event]) -> tuple[str, ...]:
+def describe_events(logs: Sequence[Log], events: Sequence[Event]) -> tuple[str, ...]:
     """Say which passages of each log were left out and how much of it is used, one sentence per log."""
     notes = []
     for log in logs:

@@ -125,7 +125,7 @@ def conclude_flight(session: Session, folder: Path, configuration: hi.RigConfigu
 
 def _deliver(plant: hi.ParameterSet, folder: Path) -> None:
     """Write the parameters and the unit of a plant."""
-    with results.whole_folder(folder) as draft:
+    with results.write_whole_folder(folder) as draft:
         plant.write(draft / "parameters.json")
         hi.build(plant.unit, draft, plant)
 

@@ -17,8 +17,8 @@ import typer
 
 from fmu_src.errors import FmuError
 from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, refuse
-from heli_identifier.files import KEPT, is_kept
-from heli_identifier.processes import handled_here, memory_limits
+from heli_identifier.files import PROTECTED, is_protected
+from heli_identifier.processes import clean_up_on_signals, memory_limits
 from heli_plant.errors import PlantError
 
 FAILED, BAD_INPUT, PROGRAM_ERROR, INTERRUPTED = 1, 2, 70, 130
@@ -33,7 +33,7 @@ LEAST_MEMORY = 1000
 def report_errors() -> Iterator[None]:
     """Turn an error in the block into a message and an exit code; let signals end the block."""
     try:
-        with handled_here():
+        with clean_up_on_signals():
             yield
     except typer.Exit:
         raise
@@ -47,7 +47,7 @@ def report_errors() -> Iterator[None]:
         typer.secho(text if text.endswith((".", "?")) else f"{text}.", err=True, fg="red")
         raise SystemExit(BAD_INPUT) from error
     finally:
-        KEPT.clear()
+        PROTECTED.clear()
 
 
 def check_command(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -93,11 +93,11 @@ def check_files(options: Mapping[str, object]) -> None:
     if twice := [path for path in real_paths if real_paths.count(path) > 1 and (path.is_file() or not path.exists())]:
         raise ConfigurationError(f"two results are to be written to {twice[0].name}; name one file for each.")
     values = [value if isinstance(value, list) else [value] for key, value in options.items() if key not in _WRITTEN]
-    KEPT.extend(path for several in values for path in several if isinstance(path, Path))
-    KEPT.extend(Path(word.partition("=")[2].strip()) for word in cast(list[str], options.get("fmu", [])))
+    PROTECTED.extend(path for several in values for path in several if isinstance(path, Path))
+    PROTECTED.extend(Path(word.partition("=")[2].strip()) for word in cast(list[str], options.get("fmu", [])))
     if "config" in options and options["config"] is None:
-        KEPT.append(Path(CONFIGURATION_NAME))  # of this folder, which is read where none is named
-    if read_as_well := [path for path in written if is_kept(path)]:
+        PROTECTED.append(Path(CONFIGURATION_NAME))  # of this folder, which is read where none is named
+    if read_as_well := [path for path in written if is_protected(path)]:
         raise ConfigurationError(f"{read_as_well[0]} is read by this command and not written over; name another.")
 
 

@@ -65,7 +65,7 @@ def diagnose_paths(
 
     ``way`` says how to hold out other logs; it is printed if no log was named for that.
     """
-    with results.whole_folder(output) as draft:
+    with results.write_whole_folder(output) as draft:
         logs = hi.read_data_set(paths, validate, configuration.format, start, end)
         training, held_out, split_note = tools.split_logs(*logs)
         if split_note:
@@ -112,7 +112,7 @@ def identify(
 
     Writes parameters.json (all logs together, weighted by their certainty), history.csv and history.svg.
     """
-    with results.whole_folder(output) as draft:
+    with results.write_whole_folder(output) as draft:
         recorded, rig = args.read_logs_of_rig(logs, config, start, end)
         with progress_bar() as progress:
             identified = hi.identify(

@@ -81,7 +81,7 @@ def design(
         refuse(not outlooks, f"no flight {no_flight} of the hover; widen the limits.")
         default_gains = "no --controller given: the PID of the units flies with its default gains"
         remarks = [] if controller or settings else [default_gains]
-        print_answer(json, results.to_plain(outlooks), [tools.flight_table(outlooks)], remarks)
+        print_answer(json, results.to_json_value(outlooks), [tools.flight_table(outlooks)], remarks)
         return
     args.refuse_idle(context, "is the hover of a flight; give it with --closed-loop", "hover")
     entries = tools.find_effects(separate if separate is not None else (show or "",))
@@ -90,7 +90,7 @@ def design(
         ranked = tools.rank_proposals(plant, entries, duration, limits, progress=progress)
     refuse(not ranked, f"no proposal {no_flight}; widen the limits.")
     listed = ranked[: 10 if json else 5]
-    print_answer(json, results.to_plain(listed), [tools.experiment_table(listed)])
+    print_answer(json, results.to_json_value(listed), [tools.experiment_table(listed)])
     if output is not None:
         tools.write_voltages(ranked[0], limits, output)
         note(f"voltages of the best: {output}")
@@ -124,7 +124,7 @@ def linearise(
 
     aim = args.find_configuration(config).controller
     aim = aim if period is None else replace(aim, period=period)
-    with results.whole_folder(output) as draft:
+    with results.write_whole_folder(output) as draft:
         given = args.read_parameters_and_warn(parameters)
         with progress_bar() as progress:
             result = tools.design_pid(given, pitch, elevation, aim, progress=progress)
@@ -163,7 +163,7 @@ def design_controller(
     require_range("plants", plants, "1", 20, 20_000)
     configuration = args.find_configuration(config)
     aim = configuration.controller if period is None else replace(configuration.controller, period=period)
-    with results.whole_folder(output) as draft:
+    with results.write_whole_folder(output) as draft:
         given = args.read_parameters_and_warn(parameters)
         with progress_bar() as progress:
             result = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)

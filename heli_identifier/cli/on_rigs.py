@@ -41,7 +41,7 @@ def fleet(
     a log that cannot be used is left out and named, and so is a rig without others. Exit 1 if there was such a rig.
     """
     rigs, failures = {}, {}
-    with results.whole_folder(output) as draft:
+    with results.write_whole_folder(output) as draft:
         for folder in tools.rig_folders(folders, args.configuration_file(config)):
             try:
                 rig = rigs[folder.rig] = folder.load(start, end)
@@ -124,7 +124,7 @@ def init(
                 note(f"{key}: {reasons[key]}")
         doubts = list(guess.doubts)
         try:
-            doubts += records.suspicions(hi.read_log(log, log_format))
+            doubts += records.find_suspicions(hi.read_log(log, log_format))
         except LogError as error:
             doubts.append(f"with these guesses the log is refused: {error}")
         for text in doubts:
@@ -137,7 +137,7 @@ def demo(output: Path = args.folder("build")) -> None:
     start, rigs = perf_counter(), ("rig-a", "rig-b")
     with progress_bar() as progress:
         progress("building the units", 0.0)
-        with results.whole_folder(output) as draft:
+        with results.write_whole_folder(output) as draft:
             fmu_src.build_all(draft)
     typer.echo(f"{len(fmu_src.UNITS)} units in {output}: {', '.join(fmu_src.UNITS)}")
     for rig in rigs:

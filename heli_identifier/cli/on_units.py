@@ -48,7 +48,7 @@ def build(
     several = bool(settings) and len(names) != 1
     refuse(several, "--set belongs to one unit; name it, as in `heli build HelicopterPlant --set ...`.")
     assigned = args.parse_assignments(settings)
-    with results.whole_folder(output) as draft, progress_bar() as progress:
+    with results.write_whole_folder(output) as draft, progress_bar() as progress:
         for number, name in enumerate(names):
             progress(f"building {name}", number / len(names))
             from_file = sets.get(name)

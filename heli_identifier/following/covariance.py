@@ -44,9 +44,9 @@ def find_steady_state(bandwidth: float, h: float) -> Steady:
     P: Matrix = ((1.0, 0.0, 0.0), (0.0, bandwidth**2, 0.0), (0.0, 0.0, bandwidth**4))
     variance = 1.0
     for _ in range(round(_MEMORIES * gap_memory(bandwidth, h))):
-        P = predict_covariance(P, h, gains.kept, drive)
+        P = predict_covariance(P, h, gains.decay, drive)
         variance = P[0][0] + 1.0
-        _, P = correct_covariance(P, gains.kept)
+        _, P = correct_covariance(P, gains.decay)
     return Steady(gains, P, variance, drive)
 
 

@@ -95,12 +95,12 @@ class Observer(NamedTuple):
             rows = []
             for (x, w, d), g in zip(sensitivity, accelerations, strict=True):
                 total = g + d - a * x - b * w
-                rows.append((x + h * w + 0.5 * h * h * total, w + h * total, gains.kept * d))
+                rows.append((x + h * w + 0.5 * h * h * total, w + h * total, gains.decay * d))
             sensitivities.append(tuple(rows))
         covariances = self.covariances
         if covariances or not has_sample:
             pairs = zip(covariances or [axis.covariance for axis in plan.steady], plan.steady, strict=True)
-            covariances = tuple([predict_covariance(P, h, axis.gains.kept, axis.drive) for P, axis in pairs])
+            covariances = tuple([predict_covariance(P, h, axis.gains.decay, axis.drive) for P, axis in pairs])
         memory = memory._replace(state=state)
         return Observer(memory, torque, tuple(sensitivities), voltages, covariances, self.in_a_row), arrived
 
@@ -113,7 +113,7 @@ class Observer(NamedTuple):
         """Return the observer after the correction by a sample of the ``angles`` [rad]."""
         gains, covariances = [axis.gains for axis in plan.steady], list(self.covariances)
         for axis, P in enumerate(self.covariances):
-            gains[axis], covariances[axis] = correct_covariance(P, gains[axis].kept)
+            gains[axis], covariances[axis] = correct_covariance(P, gains[axis].decay)
         state, torque = correct_state(self.memory.state, self.torque, angles, tuple(gains))
         sensitivities, in_a_row = [], self.in_a_row + 1
         for rows, g in zip(self.sensitivities, gains, strict=True):

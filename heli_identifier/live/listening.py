@@ -212,7 +212,8 @@ class Listening:
             else:
                 number = grid.place(sample)
             is_new_start = False
-            front, rear, *angles = self.format.oriented(dict(zip(SIGNALS, sample.signals, strict=True))).values()
+            in_project_signs = self.format.to_project_signs(dict(zip(SIGNALS, sample.signals, strict=True)))
+            front, rear, *angles = in_project_signs.values()
             signals = (saturate(front, limit), saturate(rear, limit), *angles)
             keep(grid.time_of(sample), signals)
             if number >= 0:

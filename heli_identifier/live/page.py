@@ -20,7 +20,7 @@ from urllib.parse import parse_qs, urlsplit
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.live.datagrams import read_address
 from heli_identifier.live.session import Show, View
-from heli_identifier.results import to_plain
+from heli_identifier.results import to_json_value
 
 _EVENTS_SHOWN = 50  # the latest ones
 _FILES = {
@@ -74,7 +74,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _view(self, after: float) -> bytes:
         """Return the view as JSON; its ``past`` begins after the time ``after`` [s], up to which the page has it."""
         view = self.server.view
-        document = to_plain({**view._asdict(), "stream": view.stream.line, "events": view.events[-_EVENTS_SHOWN:]})
+        document = to_json_value({**view._asdict(), "stream": view.stream.line, "events": view.events[-_EVENTS_SHOWN:]})
         document["past"] = [due for due in document["past"] if due["time"] > after]
         return json.dumps({"title": self.server.title, **document}).encode()
 

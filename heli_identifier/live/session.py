@@ -19,7 +19,7 @@ from heli_identifier.live.listening import Listening, Status
 from heli_identifier.live.sources import Player
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT_HEADERS
-from heli_identifier.results import PLANT, ParameterSet, document_text, plant_values, unit_text, whole_folder
+from heli_identifier.results import PLANT, ParameterSet, document_text, plant_values, unit_text, write_whole_folder
 from heli_plant.effects import AXES
 from heli_plant.observer import CORRECTED
 from heli_plant.parameters import PARAMETERS, PlantParameters
@@ -124,7 +124,7 @@ class Session:
         declared = {axis: expected.prediction_1s_rad.value for axis, expected in parameters.expected.items()}
         self.declared = tuple(declared.get(axis) for axis in AXES)
         self.errors = {name: value.standard_error or 0.0 for name, value in parameters.values.items()}
-        with whole_folder(folder):  # creates it
+        with write_whole_folder(folder):  # creates it
             check_unused(folder)
         self.events: list[dict[str, Any]] = []  # as in their file
         self._write_events()

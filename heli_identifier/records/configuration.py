@@ -99,7 +99,7 @@ class LogFormat:
         """Return +1 or -1, the factor from the file's sign to the project's."""
         return self.signs.get(signal, 1)
 
-    def oriented(self, signals: Mapping[str, Any]) -> dict[str, Any]:
+    def to_project_signs(self, signals: Mapping[str, Any]) -> dict[str, Any]:
         """Convert numbers or arrays, by their signal, to the project's signs, and sum and difference to two voltages.
 
         Opposite signs of sum and difference exchange front and rear voltage; the sign of the sum applies to both.

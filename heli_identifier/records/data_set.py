@@ -14,7 +14,7 @@ from heli_identifier.signatures import check_types
 
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
-from .overlap import shared_flight
+from .overlap import find_shared_flight
 from .plausibility import SAME_VOLTAGE, STANDING_STILL, why_still
 from .reading import read_log
 from .units import ANGLES, VOLTAGES
@@ -114,11 +114,11 @@ def check_moving(logs: Sequence[Log]) -> None:
             raise LogError(f"{_path_or_name(log)}: {' and '.join(still)}: {needed}.")
 
 
-def check_apart(training: Sequence[Log], held_out: Sequence[Log]) -> None:
+def check_held_out_is_new(training: Sequence[Log], held_out: Sequence[Log]) -> None:
     """Raise a LogError for a held-out log that shares flight with another log: it must be new to the model."""
     for index, log in enumerate(held_out):
         for other in (*training, *held_out[:index]):
-            if (flight := shared_flight(other, log)) is None:
+            if (flight := find_shared_flight(other, log)) is None:
                 continue
             name, other_name = _path_or_name(log), _path_or_name(other)
             where = f" ({flight[2]:.0f} s from {flight[1]:.0f} s on, there from {flight[0]:.0f} s on)"
@@ -130,11 +130,11 @@ def check_apart(training: Sequence[Log], held_out: Sequence[Log]) -> None:
             )
 
 
-def count_once(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
+def drop_excerpts(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
     """Leave out training logs that share flight with a longer one, such as its excerpts; return a note for each."""
     kept, notes = list[Log](), list[str]()
     for log in sorted(training, key=lambda log: -log.duration):
-        shared = ((longer, flight) for longer in kept if (flight := shared_flight(longer, log)))
+        shared = ((longer, flight) for longer in kept if (flight := find_shared_flight(longer, log)))
         if match := next(shared, None):
             longer, flight = match
             notes.append(

@@ -102,7 +102,7 @@ def guess(path: str | PathLike[str]) -> Guess:
         units[signal], reasons[f"units.{signal}"], count = _guess_unit(signal, headers[index], candidates[index])
         counts[signal] = count or CONTRACT.counts_per_turn(signal)
         values[signal] = candidates[index] * factor_to_si(signal, units[signal], counts[signal])
-    values = CONTRACT.oriented(values)
+    values = CONTRACT.to_project_signs(values)
     voltages, angles = (np.column_stack([values[signal] for signal in signals]) for signals in (VOLTAGES, ANGLES))
     limit = CONTRACT.voltage_limit
     highest = float(np.abs(voltages).max())

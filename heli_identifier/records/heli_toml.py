@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, printable, refuse, require_range
-from heli_identifier.files import given_bytes, write_atomically
+from heli_identifier.files import read_limited, write_atomically
 from heli_identifier.online import Estimate
 from heli_identifier.signatures import check_types
 from heli_plant.control import AxisGains, PidSettings
@@ -50,7 +50,7 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
     or that a value is of the wrong type or out of bounds.
     """
     advice = f"; `heli init` writes a {CONFIGURATION_NAME} with every key explained"
-    data = given_bytes(Path(path), _LARGEST_MB, ConfigurationError, advice)
+    data = read_limited(Path(path), _LARGEST_MB, ConfigurationError, advice)
     try:
         content = tomllib.loads(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError as well

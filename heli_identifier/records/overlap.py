@@ -35,7 +35,7 @@ MOVES = 1e-3  # least standard deviation [rad] of an angle that moves within a p
 LARGEST_DIFFERENCE = 0.2  # share of an angle's power that the difference of a shared piece may have
 
 
-def shared_flight(one: Log, other: Log) -> tuple[float, float, float] | None:
+def find_shared_flight(one: Log, other: Log) -> tuple[float, float, float] | None:
     """Find a stretch of flight that two logs share, by their angles: two flights may have the same voltages.
 
     Returns its start in either log since its first sample [s], and its length [s]; None if they share less than

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from heli_identifier.errors import LogError, printable
-from heli_identifier.files import given_bytes
+from heli_identifier.files import read_limited
 from heli_identifier.signatures import check_types
 
 from .binary import READERS, TOO_LARGE, read_binary
@@ -101,7 +101,7 @@ def read_log(
 def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
     """Read a log as a table, with the SHA-256 of its bytes; a LogError if it is no file, too large or no table."""
     advice = "name the log files in it"
-    data = given_bytes(path, format.largest_file, LogError, "; check the path", advice, TOO_LARGE)
+    data = read_limited(path, format.largest_file, LogError, "; check the path", advice, TOO_LARGE)
     digest, name = hashlib.sha256(data).hexdigest(), path.name.lower()
     if name.endswith(".gz"):
         data, name = _decompress(data, path, format.largest_file), name.removesuffix(".gz")
@@ -161,7 +161,7 @@ def _apply_signs(values: _Signals, columns: Sequence[Column], format: LogFormat)
         notes.append("front and rear voltage swapped")
     if COMBINED[0] in values:
         notes.append("front and rear voltage taken from their sum and difference")
-    values, limit = format.oriented(values), format.voltage_limit
+    values, limit = format.to_project_signs(values), format.voltage_limit
     for signal in VOLTAGES if format.clip else ():
         if count := int((np.abs(values[signal]) > limit).sum()):
             notes.append(f"{signal} clipped to ±{limit:g} V in {count} sample{'' if count == 1 else 's'}")

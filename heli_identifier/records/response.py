@@ -105,7 +105,7 @@ def find_responses(voltages: Array, angles: Array, rate_hz: float) -> Gains:
     return Gains(*(np.concatenate(of_axes) for of_axes in zip(*gains, strict=True)))
 
 
-def suspicions(log: Log) -> tuple[str, ...]:
+def find_suspicions(log: Log) -> tuple[str, ...]:
     """Describe what is probably wrong with a log's columns or signs, one sentence each."""
     gains = find_responses(log.voltages, log.angles, log.rate_hz)
     (k_x, k_z, _), (pitch, elevation, _) = gains.value, gains.score

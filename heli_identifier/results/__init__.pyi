@@ -1,6 +1,6 @@
 from .ahead import Outcome as Outcome
+from .ahead import compare_to_limits as compare_to_limits
 from .ahead import errors_ahead as errors_ahead
-from .ahead import hold_to as hold_to
 from .bootstrap import rms_figures as rms_figures
 from .checking import Check as Check
 from .checking import check as check
@@ -19,9 +19,9 @@ from .diagnosis import RigVerdict as RigVerdict
 from .diagnosis import Use as Use
 from .documents import document_text as document_text
 from .documents import read_document as read_document
-from .documents import to_plain as to_plain
-from .documents import whole_folder as whole_folder
+from .documents import to_json_value as to_json_value
 from .documents import write_files as write_files
+from .documents import write_whole_folder as write_whole_folder
 from .held_out import log_likelihood as log_likelihood
 from .looking import Look as Look
 from .looking import diagnosis_lines as diagnosis_lines
@@ -42,8 +42,8 @@ from .running import build as build
 from .running import play_log as play_log
 from .running import simulate as simulate
 from .sources import PlantSource as PlantSource
-from .sources import plant_of as plant_of
 from .sources import read_parameters as read_parameters
+from .sources import to_plant as to_plant
 from .svg import Axes as Axes
 from .svg import figure as figure
 from .svg import figure_file as figure_file
@@ -57,10 +57,10 @@ from .words import AHEAD as AHEAD
 from .words import angle_text as angle_text
 from .words import effect_name as effect_name
 from .words import join_words as join_words
+from .words import label_parameter as label_parameter
 from .words import label_with_unit as label_with_unit
 from .words import law_text as law_text
-from .words import meaning as meaning
-from .words import meaning_of as meaning_of
+from .words import name_parameter as name_parameter
 from .words import to_digits as to_digits
 from .words import typeset as typeset
 from .words import typeset_notes as typeset_notes

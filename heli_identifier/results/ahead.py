@@ -45,7 +45,7 @@ def errors_ahead(
     return errors
 
 
-def hold_to(
+def compare_to_limits(
     parameters: Parameters, limits: Mapping[str, float], logs: Sequence[Log], figure: str = "prediction_1s"
 ) -> list[Outcome]:
     """Compare the :func:`errors_ahead` of every axis named in ``limits`` [rad] with its limit."""

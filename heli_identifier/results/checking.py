@@ -6,7 +6,7 @@ from typing import Any
 
 from heli_identifier.errors import LogError
 from heli_identifier.records import LogSource, read_logs
-from heli_identifier.results.ahead import Outcome, hold_to
+from heli_identifier.results.ahead import Outcome, compare_to_limits
 from heli_identifier.results.diagnosis import Use
 from heli_identifier.results.report import render
 from heli_identifier.results.sources import ParameterSource, parameter_set
@@ -119,5 +119,5 @@ def check(
     used = read_logs(logs)
     if not used:
         raise LogError("no log was given; name at least one.")
-    outcomes = hold_to(expected.plant(), expected.limits(factor), used, expected.judged)
+    outcomes = compare_to_limits(expected.plant(), expected.limits(factor), used, expected.judged)
     return Check(tuple(outcomes), expected.axes_for(Use.NOTHING), expected.judged)

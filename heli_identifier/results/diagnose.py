@@ -8,17 +8,17 @@ from time import perf_counter
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from heli_identifier.chain import event_notes
+from heli_identifier.chain import describe_events
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import (
     Geometry,
     Log,
     LogSource,
-    check_apart,
     check_excitation,
+    check_held_out_is_new,
     common_configuration,
-    count_once,
+    drop_excerpts,
     excitation_notes,
     read_logs,
 )
@@ -139,7 +139,7 @@ def diagnose(
         notes=(
             *data_notes,
             *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),
-            *event_notes((*training, *unseen), () if settings.keep_events else events),
+            *describe_events((*training, *unseen), () if settings.keep_events else events),
             *identified.notes,
             *outlying_log_notes(after, (*identified.logs, *identified.held_out)),
             *references.notes,
@@ -161,8 +161,8 @@ def _check_logs(
     check_excitation(training)
     if not unseen:
         raise LogError("no log is held out to compare models on; give at least one with held_out=.")
-    check_apart(training, unseen)
-    training, notes = count_once(training)
+    check_held_out_is_new(training, unseen)
+    training, notes = drop_excerpts(training)
     for log in (*training, *unseen):
         if log.duration < 4.0 * SETTLING:
             raise LogError(

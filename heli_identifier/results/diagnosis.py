@@ -246,7 +246,7 @@ class Diagnosis(DiagnosisFile):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the content of diagnosis.json; docs/reference/files.md describes it."""
-        return _results().to_plain({entry.name: getattr(self, entry.name) for entry in fields(DiagnosisFile)})
+        return _results().to_json_value({entry.name: getattr(self, entry.name) for entry in fields(DiagnosisFile)})
 
     def write(self, folder: str | PathLike[str], rig: str = "rig") -> Path:
         """Write diagnosis.json, report.html, parameters.json and the corrected HelicopterPlant.fmu, all or nothing.
@@ -270,7 +270,7 @@ class Diagnosis(DiagnosisFile):
         IdentifierError
             The free run of the corrected unit is not the one that the diagnosis reports.
         """
-        with _results().whole_folder(folder) as draft:
+        with _results().write_whole_folder(folder) as draft:
             _results().write_results(self, rig, draft)
         return Path(folder)
 

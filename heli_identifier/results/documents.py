@@ -21,7 +21,14 @@ import msgspec
 import numpy as np
 
 from heli_identifier.errors import ConfigurationError, refuse
-from heli_identifier.files import PREFIX, draft_folder, given_bytes, is_kept, sweep, write_atomically
+from heli_identifier.files import (
+    PREFIX,
+    draft_folder,
+    is_protected,
+    read_limited,
+    remove_stale_drafts,
+    write_atomically,
+)
 from heli_identifier.processes import undo_at_end
 
 LARGEST_MB = 50.0
@@ -33,7 +40,7 @@ _SWEPT = 4
 File = TypeVar("File")
 
 
-def to_plain(value: Any) -> Any:
+def to_json_value(value: Any) -> Any:
     """Return a value as JSON can hold it: objects, lists, plain numbers, and null for numbers that are not finite."""
     text = json.dumps(msgspec.to_builtins(value, enc_hook=_convert))  # escapes names of files that are no UTF-8
     return json.loads(text, parse_constant=lambda not_finite: None)
@@ -49,7 +56,7 @@ def _convert(value: Any) -> Any:
 
 def document_text(document: Any) -> str:
     """Return a value as the text of a JSON file."""
-    return json.dumps(to_plain(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return json.dumps(to_json_value(document), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def read_document(path: str | PathLike[str], kind: type[File]) -> File:
@@ -59,7 +66,7 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
     """
     file, name = Path(path), (kind.__doc__ or "").partition(":")[0]
     advice = f"; `heli diagnose` writes a {name}"
-    data = given_bytes(file, LARGEST_MB, ConfigurationError, advice, f"name the {name} in it")
+    data = read_limited(file, LARGEST_MB, ConfigurationError, advice, f"name the {name} in it")
     try:
         content = json.loads(data.decode("utf-8"), object_pairs_hook=_refuse_doubles)
     except (ValueError, RecursionError) as error:
@@ -141,7 +148,7 @@ def _faulty_key(content: Any, kind: type, value: dict[str, Any]) -> str:
 
 
 @contextmanager
-def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
+def write_whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
     """Return a folder to write into; its files are moved to ``target`` if the block ends without an exception.
 
     A target that is no folder or cannot be written to raises a ConfigurationError before the block runs, so that no
@@ -161,7 +168,7 @@ def whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
                 f"{existing} cannot be written to: {error.strerror}; name another folder."
             ) from error
         for above in (folder, *folder.parents)[:_SWEPT]:
-            sweep(above, draft.stat().st_mtime)
+            remove_stale_drafts(above, draft.stat().st_mtime)
         try:
             yield draft
         except OSError as error:
@@ -197,7 +204,7 @@ def _move_all(draft: Path, folder: Path) -> None:
         kind = "a folder" if place.is_dir() else "no regular file"
         foreign = place.exists() and not place.is_file()
         refuse(foreign, f"{place} is {kind} and is not replaced by a file of results; {advice}")
-        refuse(is_kept(place), f"{place} is read by this command and not written over; {advice}")
+        refuse(is_protected(place), f"{place} is read by this command and not written over; {advice}")
     old_files = draft / ".replaced"
     old_files.mkdir()
     undo = ExitStack()

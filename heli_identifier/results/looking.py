@@ -10,10 +10,10 @@ from heli_identifier import tracing
 from heli_identifier.online import GAINS
 from heli_identifier.records import Log, LogSource, RigConfiguration, common_configuration, read_logs
 from heli_identifier.results.diagnosis import Diagnosis
-from heli_identifier.results.documents import to_plain
+from heli_identifier.results.documents import to_json_value
 from heli_identifier.results.report import experiments_of, rank_experiments
 from heli_identifier.results.tables import GAIN_OF, Table, Tabular, gain_cells
-from heli_identifier.results.words import effect_words, join_words, to_digits, typeset_notes
+from heli_identifier.results.words import describe_effect, join_words, to_digits, typeset_notes
 from heli_identifier.signatures import check_types
 from heli_plant.effects import AXES
 
@@ -68,7 +68,7 @@ class Look(Tabular):
         """Reasons, effects, accepted references, and the experiment to fly next."""
         lines = [f"{name}: {report.determination}; {report.why}" for name, report in self.gains.items()]
         for kind, effects in zip(("established", "possible, no finding"), self.identification.effects, strict=True):
-            named = [f"{effect_words(effect)} ({effect.score:.0f} nats, {effect.verdict})" for effect in effects]
+            named = [f"{describe_effect(effect)} ({effect.score:.0f} nats, {effect.verdict})" for effect in effects]
             lines += [f"{kind}: {', '.join(named)}"] if named else []
         log_notes = [
             f"{event.log}: left out {event.start_in_file:.2f} to {event.end_in_file:.2f} s of the file, something "
@@ -86,7 +86,7 @@ class Look(Tabular):
     def to_dict(self) -> dict[str, Any]:
         """Return the same as values for JSON, the gains as `parameters` in diagnosis.json."""
         references = self.identification.references
-        return to_plain(
+        return to_json_value(
             {
                 "closed_loop": references.closed_loop,
                 "references": references.names,

@@ -226,9 +226,9 @@ def rank_experiments(
     for name, report in parameters.items():
         if report.determination is not tracing.Determination.OUTSIDE:
             kind = "unusable" if name in unusable else "gain" if name in tables.GAIN_OF.values() else "effect"
-            add(report.experiment, kind, words.meaning(name))
+            add(report.experiment, kind, words.name_parameter(name))
     for effect in effects:
-        add(effect.experiment, "effect", words.effect_words(effect))
+        add(effect.experiment, "effect", words.describe_effect(effect))
     for entry in catalogue:
         if entry.verdict == tracing.Verdict.NOT_TESTABLE:
             add(entry.experiment, "bound", words.effect_name(entry.name, entry.axis))

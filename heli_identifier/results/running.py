@@ -14,9 +14,9 @@ from heli_identifier.errors import ConfigurationError, IdentifierError, require_
 from heli_identifier.files import draft_folder
 from heli_identifier.records import Log, LogSource, read_logs, write_log
 from heli_identifier.results.diagnosis import Diagnosis, HeldOutSeries
-from heli_identifier.results.documents import to_plain
+from heli_identifier.results.documents import to_json_value
 from heli_identifier.results.parameters import PLANT
-from heli_identifier.results.sources import ParameterSource, PlantSource, parameter_set, plant_of
+from heli_identifier.results.sources import ParameterSource, PlantSource, parameter_set, to_plant
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import to_digits
 from heli_identifier.signatures import check_types
@@ -65,7 +65,7 @@ class Simulation(Tabular):
     def to_dict(self) -> dict[str, Any]:
         """Return time [s], voltages [V] and angles [rad] as lists of numbers by name; null for what is not finite."""
         columns = np.column_stack((self.voltages, self.angles)).T
-        return to_plain({"time": self.time, **dict(zip(SIGNALS, columns, strict=True))})
+        return to_json_value({"time": self.time, **dict(zip(SIGNALS, columns, strict=True))})
 
     @property
     def table(self) -> Table:
@@ -106,7 +106,7 @@ def simulate(
         The parameters are not those of a plant, the voltages are not of shape (N, 2) and finite, or the step is not
         positive.
     """
-    plant = plant_of(parameters)
+    plant = to_plant(parameters)
     if isinstance(inputs, Log | str | PathLike):
         (log,) = read_logs(inputs)
         voltages, step, start = log.voltages, log.step, start or start_of(log)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.results.diagnosis import Diagnosis
-from heli_identifier.results.documents import damage_error, numbers_of, read_document, to_plain
+from heli_identifier.results.documents import damage_error, numbers_of, read_document, to_json_value
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters
 from heli_identifier.signatures import check_types
 from heli_plant.effects import AXES
@@ -27,7 +27,7 @@ def parameter_set(parameters: ParameterSource) -> ParameterSet:
     return parameters
 
 
-def plant_of(source: PlantSource) -> PlantParameters:
+def to_plant(source: PlantSource) -> PlantParameters:
     """Return the plant of parameters in any form; raises as :func:`parameter_set` and :meth:`ParameterSet.plant` do."""
     return source if isinstance(source, PlantParameters) else parameter_set(source).plant()
 
@@ -60,7 +60,7 @@ def _find_faults(parameters: ParameterSet) -> Iterator[str]:
     for axis in parameters.expected:
         if axis not in AXES:
             yield f"expected.{axis} is of no axis; there are {', '.join(AXES)}"
-    for name, value in numbers_of(to_plain({"values": parameters.values, "expected": parameters.expected})):
+    for name, value in numbers_of(to_json_value({"values": parameters.values, "expected": parameters.expected})):
         if value < 0.0 and (name.startswith("expected.") or name.endswith(".standard_error")):
             yield f"{name} = {value}: expected `float` >= 0.0"
     if joint := parameters.covariance:

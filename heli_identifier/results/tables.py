@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results import words
 from heli_identifier.results.diagnosis import Diagnosis, ErrorFigure
-from heli_identifier.results.documents import to_plain
+from heli_identifier.results.documents import to_json_value
 from heli_identifier.tracing import CurveShape, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
@@ -77,7 +77,7 @@ class Tabular(ABC):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the value as JSON can hold it; by default its fields by their names."""
-        return to_plain(self)
+        return to_json_value(self)
 
     def summary(self) -> str:
         """Return the table as plain text."""
@@ -154,7 +154,7 @@ def parameter_table(diagnosis: Diagnosis) -> Table:
         old = words.with_interval(before[name], unit=False) if name in before else "–"
         new = words.with_interval(value, unit=False)
         slope = " at 0 V" if name in GAINS else ""
-        rows.append((name, words.meaning_of(name, value) + slope, old, new, words.unit_text(value.unit)))
+        rows.append((name, words.label_parameter(name, value) + slope, old, new, words.unit_text(value.unit)))
     columns = ("parameter", "meaning", "before", "after", "unit")
     title = "Parameters (± the half-width of the 95 % interval: 1.96 standard errors)"
     return Table(title, columns, rows, [words.held_out_sentence(diagnosis)])

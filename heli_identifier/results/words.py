@@ -139,7 +139,7 @@ def effect_name(name: str, axis: str) -> str:
     return f"{name.replace('_', ' ')} on the {axis}"
 
 
-def meaning(field: str) -> str:
+def name_parameter(field: str) -> str:
     """Return a parameter of the plant as words, by its field: ``pitch damping`` for ``a_wx``."""
     effect = next((entry for entry in CATALOGUE if entry.field == field), None)
     if effect is not None:
@@ -147,9 +147,9 @@ def meaning(field: str) -> str:
     return BY_FIELD[field].name.replace(".", " ").replace("_", " ")
 
 
-def meaning_of(field: str, value: Estimate) -> str:
+def label_parameter(field: str, value: Estimate) -> str:
     """Return a parameter as words, and say if it was given and not estimated."""
-    return meaning(field) + (", given" if value.standard_error is None else "")
+    return name_parameter(field) + (", given" if value.standard_error is None else "")
 
 
 def join_words(words: Sequence[str], last: str = "and") -> str:
@@ -216,11 +216,11 @@ def percent(share: float) -> str:
 def _with_rival(effect: tracing.FoundEffect) -> str:
     """Name an effect, and the other effect that explains the logs about as well."""
     if not effect.alternatives:
-        return effect_words(effect)
+        return describe_effect(effect)
     name, axis = effect.alternatives[0]
     if axis == effect.axis:
         return effect_name(f"{effect.name} or {name}", axis)
-    return f"{effect_words(effect)} or {effect_name(name, axis)}"
+    return f"{describe_effect(effect)} or {effect_name(name, axis)}"
 
 
 def has_sign(effect: tracing.FoundEffect) -> bool:
@@ -279,7 +279,7 @@ def typeset_notes(notes: Iterable[str]) -> list[str]:
     return [typeset(f"{name}: {'; '.join(of_log)}" if any(of_log) else name) for name, of_log in texts.items()]
 
 
-def effect_words(effect: tracing.FoundEffect) -> str:
+def describe_effect(effect: tracing.FoundEffect) -> str:
     """Name a found effect; an unknown one by its axis and what it depends on."""
     shape = effect.shape
     if effect.verdict != tracing.Verdict.UNKNOWN or isinstance(shape, tracing.NamedShape):
@@ -291,4 +291,4 @@ def effect_words(effect: tracing.FoundEffect) -> str:
 
 def effect_title(effect: tracing.FoundEffect) -> str:
     """Return the heading of a found effect."""
-    return (text := effect_words(effect))[:1].upper() + text[1:]
+    return (text := describe_effect(effect))[:1].upper() + text[1:]

@@ -30,7 +30,7 @@ import pandas as pd
 from heli_identifier.errors import ConfigurationError, refuse, require_range
 from heli_identifier.files import draft_folder, write_atomically
 from heli_identifier.online import Estimate, ModelParameters
-from heli_identifier.results import RigVerdict, Table, document_text, whole_folder
+from heli_identifier.results import RigVerdict, Table, document_text, write_whole_folder
 from heli_identifier.tools.rigs import Source, error_text, source_digest, summarise_diagnosis
 from heli_identifier.tracing import DiagnosisSettings, Progress
 
@@ -114,7 +114,7 @@ def run_campaign(
     for name, count in Counter(source.rig for source in sources).most_common(1):
         refuse(count > 1, f"two rigs are called {name!r}; every rig needs its own name.")
     settings, failed = settings or DiagnosisSettings(), 0
-    with whole_folder(folder) as draft, ExitStack() as stack:
+    with write_whole_folder(folder) as draft, ExitStack() as stack:
         code = code_digest() + source_digest((work.__module__,))
         by_key = {dask.base.tokenize(source.rig, source.content(), settings, code): source for source in sources}
         files = {key: Path(folder) / "rows" / f"{key}.json" for key in by_key}

@@ -16,7 +16,7 @@ import numpy as np
 from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration
-from heli_identifier.results import GAIN_OF, PLANT, ParameterSet, Use, plant_values, to_plain
+from heli_identifier.results import GAIN_OF, PLANT, ParameterSet, Use, plant_values, to_json_value
 from heli_identifier.tools import margins
 from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Design, judge_controller
 from heli_identifier.tools.linearisation import NOT_LINEAR
@@ -234,4 +234,4 @@ def control_advice(
         "largest_sensitivity": PEAK,
         "sensitivity": peaks,
     }
-    return to_plain(document), offered
+    return to_json_value(document), offered

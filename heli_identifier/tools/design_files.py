@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.files import given_bytes
+from heli_identifier.files import read_limited
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.results import Axes, ParameterSet, Table, figure, join_words, render, to_digits
@@ -143,7 +143,7 @@ def course_values(script: Path | None) -> dict[str, float]:
     """
     values: dict[str, float] = {}
     advice = "; give the course's init_heli.m"
-    data = given_bytes(script, LARGEST_MB, ConfigurationError, advice) if script else b""
+    data = read_limited(script, LARGEST_MB, ConfigurationError, advice) if script else b""
     text = re.sub("%.*", "", data.decode("utf-8", errors="replace"))
     for match in _ASSIGNMENT.finditer(text):
         name, assigned = match[1], match[2].strip()

@@ -5,7 +5,17 @@ from itertools import chain
 
 from heli_identifier import results
 from heli_identifier.provenance import provenance
-from heli_identifier.results import Axes, Table, effect_name, figure, join_words, meaning, render, to_digits, unit_text
+from heli_identifier.results import (
+    Axes,
+    Table,
+    effect_name,
+    figure,
+    join_words,
+    name_parameter,
+    render,
+    to_digits,
+    unit_text,
+)
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 
 FIGURES = ("mean", "unit", "spread", "I²")
@@ -76,7 +86,7 @@ def mean_text(coefficient: Coefficient) -> str:
 def title(coefficient: Coefficient) -> str:
     """Return a coefficient in words; an effect comes with its first alternative."""
     if not coefficient.finding:
-        return meaning(coefficient.name)
+        return name_parameter(coefficient.name)
     effects = ((coefficient.name, coefficient.axis), *coefficient.alternatives[:1])
     return " or ".join(effect_name(*effect) for effect in effects)
 
@@ -139,7 +149,10 @@ def forest_figure(coefficient: Coefficient) -> str:
             panel.line(mean.prediction, (row + 1, row + 1), "before", width=1.0)
     description = f"{title(coefficient)}: coefficient of every rig and the mean of the make"
     unit = f" [{unit_text(coefficient.unit)}]" if unit_text(coefficient.unit) else ""
-    label = f"coefficient of the {coefficient.name.replace('_', ' ')}" if is_effect else meaning(coefficient.name)
+    if is_effect:
+        label = f"coefficient of the {coefficient.name.replace('_', ' ')}"
+    else:
+        label = name_parameter(coefficient.name)
     return figure([panel], label + unit, description, x_limits=window)
 
 

@@ -103,7 +103,7 @@ class Identification(Tabular):
         rows = [
             (
                 name,
-                results.meaning_of(name, value),
+                results.label_parameter(name, value),
                 results.with_interval(value, unit=False),
                 results.unit_text(value.unit),
                 *(results.with_interval(of_log.last[name], unit=False) for of_log in self.histories),
@@ -125,7 +125,7 @@ class Identification(Tabular):
         ConfigurationError
             The folder cannot be written to.
         """
-        with results.whole_folder(folder) as draft:
+        with results.write_whole_folder(folder) as draft:
             limit = self.histories[0].plan.settings.voltage_limit
             figure = results.figure_file(history.history_figure(self.histories, self.estimates, limit))
             contents = (self.parameters, history.history_text(self.histories), figure)
@@ -182,7 +182,7 @@ def identify(
     rig_logs = records.read_logs(logs)
     rig = configuration or records.common_configuration(rig_logs) or RigConfiguration()
     records.check_excitation(rig_logs)
-    records.check_apart((), rig_logs)
+    records.check_held_out_is_new((), rig_logs)
 
     def pass_logs(number: int, **settings_of_pass: Any) -> list[EstimateHistory]:
         """Pass all logs, for the first (0) or the second time (1)."""

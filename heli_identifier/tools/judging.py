@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.stats import rankdata
 
 from heli_identifier.provenance import provenance
-from heli_identifier.results import to_plain
+from heli_identifier.results import to_json_value
 from heli_identifier.tools import margins
 from heli_identifier.tools.linearisation import linear_system
 from heli_identifier.tools.loop import Settings, StepResponse, settling_time, step_response
@@ -182,7 +182,7 @@ class Design:
         """Return the content of design.json; null stands for an infinite value."""
         model, c = self.plants.model, self.continuous
         gains = {"K": c.gain, "K_z": c.integral, "L": c.innovation, "N": c.reference} if c else {}
-        return to_plain(
+        return to_json_value(
             {
                 "schema": SCHEMA,
                 "kind": self.kind,
@@ -204,7 +204,7 @@ class Design:
         """Return the content of linear_model.json: the matrices by their names, and the loops."""
         loops = {"before": self.baseline.document, "after": self.robust.document}
         remarks = {"notes": self.notes, "provenance": provenance()}
-        return to_plain({"schema": LINEAR_SCHEMA, **self.matrices, "loops": loops, **remarks})
+        return to_json_value({"schema": LINEAR_SCHEMA, **self.matrices, "loops": loops, **remarks})
 
     @cached_property
     def matrices(self) -> dict[str, Any]:

@@ -22,7 +22,7 @@ from control import StateSpace, ss
 from scipy.optimize import root
 
 from heli_identifier.errors import ConfigurationError, refuse, require_range
-from heli_identifier.results import PlantSource, plant_of
+from heli_identifier.results import PlantSource, to_plant
 from heli_identifier.signatures import check_types
 from heli_plant.dual import seed_duals, slopes, with_duals
 from heli_plant.effects import AXES, CATALOGUE
@@ -104,7 +104,7 @@ def linearise(
         The plant has no equilibrium there within the motors' voltages, the motors have no lag, or the parameters are
         not those of a plant.
     """
-    plant = plant_of(parameters)
+    plant = to_plant(parameters)
     return linear_system(plant, operating_point(plant, pitch, elevation), period)
 
 

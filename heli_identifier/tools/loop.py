@@ -197,7 +197,7 @@ def check_closed_loop(
     Errors of the followed axes up to ``limit`` [rad] pass. ConfigurationError if the file holds no controller, a log
     has no reference of an axis that the controller follows, or the sampling of a log does not fit a state feedback.
     """
-    plant = results.plant_of(parameters)
+    plant = results.to_plant(parameters)
     settings: Any = controller
     if isinstance(controller, str | PathLike):
         saved = results.read_parameters(controller)

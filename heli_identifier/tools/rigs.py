@@ -21,7 +21,7 @@ from heli_identifier import records
 from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, LogError, refuse
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log, RigConfiguration
-from heli_identifier.results import Diagnosis, diagnose, to_plain
+from heli_identifier.results import Diagnosis, diagnose, to_json_value
 from heli_identifier.tracing import DiagnosisSettings, FoundEffect
 from heli_plant.effects import AXES, CATALOGUE
 
@@ -78,7 +78,7 @@ class Rig:
 def summarise_diagnosis(rig: str, diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the part of a rig's diagnosis that fleets and campaigns keep, as values for JSON."""
     stages = ("before", "after", "noise_floor")
-    return to_plain(
+    return to_json_value(
         {
             "rig": rig,
             "verdict": diagnosis.verdict,

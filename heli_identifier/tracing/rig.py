@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from heli_identifier.chain import Fault, is_counted, passages
+from heli_identifier.chain import Fault, is_counted, passages_left_out
 from heli_identifier.records import Event, Log
 
 from .settings import (
@@ -220,7 +220,7 @@ class Record:
 
         The start of the record counts only where the filter is ``settled`` there.
         """
-        left_out, pushes = passages(events), list[tuple[int, Array]]()
+        left_out, pushes = passages_left_out(events), list[tuple[int, Array]]()
         for event, (start, end) in zip(events, left_out, strict=True):
             if event.kind == "force":
                 course = 2.0 * (self.time - start) / (end - start) - 1.0  # from -1 to 1

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from heli_identifier.records import demo_files
-from heli_identifier.results import ErrorFigure, to_plain
+from heli_identifier.results import ErrorFigure, to_json_value
 from heli_identifier.results.parameters import PLANT, Expectation, ParameterSet, plant_values
 from heli_plant.effects import AXES
 from heli_plant.parameters import TABLE_2
@@ -61,7 +61,7 @@ def as_struct():
 def document(change=lambda d: None):
     """Return the content of a plant's parameters.json after a change."""
     expected = {axis: Expectation(ErrorFigure(1e-2, 9e-3, 2e-2), 1e-3) for axis in AXES}
-    content = to_plain(ParameterSet(PLANT, plant_values(TABLE_2, {}), expected).to_dict())
+    content = to_json_value(ParameterSet(PLANT, plant_values(TABLE_2, {}), expected).to_dict())
     change(content)
     return content
 
