@@ -1,6 +1,7 @@
 """Every constant of the tracer with its reason, and what is given of one rig."""
 
 from dataclasses import dataclass, fields
+from itertools import product
 from math import log
 
 import numpy as np
@@ -91,15 +92,15 @@ AIRS = ((0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.5, -2.2, FARTHEST, 0.0))
 axis goes on from the likelier. Begun in calm air alone, three of four fits in swirling air stop 35 to 180 nats too
 high: a wrong gain makes the voltages explain the swirl, and no other air at that gain is likelier."""
 
-AIR_SCAN = tuple(
-    (level / 1.5, rate / 0.7, 0.0, 0.0, 0.0)
-    for level in (-2.2, -1.1, 0.0, 1.1)
-    for rate in (-1.2, 0.0, 1.2)
-    if (level, rate) != (0.0, 0.0)
-) + tuple((level / 1.5, 0.0, 0.0, 0.0, -FARTHEST) for level in (0.0, 1.1, 2.2))
-"""Moves of the air's coordinates that a fit tries from where it stopped: factors of 3 in level and rate; and a rougher
-air whose encoder's error is white, since a fine encoder can be taken for one that turns slowly. Gauss-Newton alone
-stays in local optima of the air on two thirds of the rigs in calm air, and on all with encoders of 16 bits and more."""
+AIR_SCAN = (
+    *((level / 1.5, rate / 0.7, 0.0, 0.0, 0.0) for level, rate in product((-2.2, -1.1, 0.0, 1.1), (-1.2, 0.0, 1.2))),
+    *((0.0, 0.0, smoothness / 2.5, 0.0, 0.0) for smoothness in (-3.8, 3.8)),
+    *((level / 1.5, 0.0, 0.0, 0.0, -FARTHEST) for level in (0.0, 1.1, 2.2)),
+)
+"""Moves of the air's coordinates that a fit tries from where it stopped: factors of 3 in level and rate, of 40 in
+smoothness; and a rougher air whose encoder's error is white, since a fine encoder can be taken for one that turns
+slowly. Gauss-Newton alone stays in local optima of the air on two thirds of the rigs in calm air, and on all with
+encoders of 16 bits and more."""
 
 COARSE = 60.0
 """Length of flight [s] that a scan and the beginnings of a first fit look at: the air is the same in all logs."""
@@ -224,6 +225,7 @@ ratio of two."""
 
 FEWEST = 3
 """Least number of logs of which one can be told to differ from the others."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class DiagnosisSettings(GivenRig):
