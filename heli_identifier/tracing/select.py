@@ -20,8 +20,6 @@ from .rig import Effect
 from .score import Score, Scores
 from .settings import CATALOGUE_WIDTHS, KEPT, REFITTED, ROUGHLY, TIMED, UNKNOWN
 
-_NOT: Mapping[str, float] = {}
-
 
 @dataclass(frozen=True, eq=False)
 class Finding:
@@ -122,7 +120,7 @@ def _fit_entered(form: Scores, chosen: Sequence[str]) -> Fit:
 
 
 def refit(
-    fitted: Fit, candidates: Sequence[Effect], chosen: Sequence[str], values: Mapping[str, float] = _NOT,
+    fitted: Fit, candidates: Sequence[Effect], chosen: Sequence[str], values: Mapping[str, float] | None = None,
     value_only: bool = False, other: Point | None = None,
 ) -> Fit:  # fmt: skip
     """Fit with other effects and faults of the candidates, from ``values`` of parameters or the ``other`` point."""
@@ -135,7 +133,7 @@ def refit(
     off = {name: 0.0 for name in fitted.fields if name in gone}
     return fit(
         likelihood if kept == likelihood.faults else likelihood.undo_faults(kept), list(dict.fromkeys(names)), fitted,
-        {**values, **off}, value_only, other,
+        {**(values or {}), **off}, value_only, other,
     )  # fmt: skip
 
 
