@@ -32,8 +32,7 @@ def flights(asked=0.5, seed=0):
     """Angles y, motor voltages u and references r of SEEDS x LOGS flights: arrays of shape (SEEDS, LOGS, N).
 
     y'' = -d y' - c y + k u + torque, .08 u' + u = v = 8 (r - y) - 5 y' held from sample to sample, r steps, y in
-    counts; the torque is Ornstein and Uhlenbeck's of .3 rad/s2 and rate 2 1/s, held too. The step is exact: Euler's
-    of 4 ms would shift u by as much and the damping by .06.
+    counts; the torque is Ornstein and Uhlenbeck's of .3 rad/s2 and rate 2 1/s, held too. The step is exact.
     """
     rng, h, n = np.random.default_rng(seed), 1.0 / RATE, round(SECONDS * RATE)
     d, c, k = TRUTH

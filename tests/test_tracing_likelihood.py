@@ -125,9 +125,7 @@ def test_the_spread_of_gains_from_log_to_log_is_right_on_average_for_few_logs(cl
 def test_a_log_with_gains_or_a_zero_of_its_own_hovers_as_the_quadratic_form_says(clean, at, off, rel):
     """Where the gains of one log are 2 % off, or the pitch's zero 4 mrad, F falls by what is promised, to 5 %.
 
-    So it does for the torques of a push of .3 rad/s^2, to 10 %: it turns the pitch by more than is linear. The others
-    are small against Huber's. Were the arm's weight not to follow a log's own gain, as it follows the
-    plant's, fits in windy air would stop up to 1.3 nats too high and k_z .5 standard errors off.
+    So it does for the torques of a push of .3 rad/s^2, to 10 %: it turns the pitch by more than is linear.
     """
     logs, _, fitted = clean
     pushed = replace(logs[0], events=(Event(logs[0].name, "pitch", 20.0, 21.0, 20.0, 21.0, "force", 1.0),))

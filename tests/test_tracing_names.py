@@ -255,6 +255,9 @@ def test_a_periodic_torque_is_found_at_its_frequency_with_its_amplitude():
     assert not found[0].in_plant
     assert after.fit.parameters.table_variable_elevation == 0.0
     assert [len(rows) for rows in after.fit.point.harmonics] == [1, 1]
+    weak = replace(after.fit.point, harmonics=[rows * [1.0, 1.0, 0.5, 0.5] for rows in after.fit.point.harmonics])
+    (again,) = (u for u in scan(replace(after.fit, point=weak)) if (u.axis, u.variable) == ("elevation", "time"))
+    assert abs(again.spacing - FREQUENCY) > 0.9 / SECONDS, "the rest of a torque that was found is no further one"
 
 
 def test_a_torque_by_the_travel_closes_after_a_turn_and_has_its_waves_counted():

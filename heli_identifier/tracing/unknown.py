@@ -28,6 +28,7 @@ from scipy.linalg import block_diag
 from scipy.special import chdtrc, chdtri, gammaln
 
 from .fit import Fit, covariance, fit
+from .likelihood import NO_HARMONICS
 from .motion import Tables
 from .rig import Array, Coordinate, Effect, means
 from .select import Selection, select
@@ -117,9 +118,11 @@ def _curves(fitted: Fit, a: int) -> Iterator[Torques]:
 def _period(fitted: Fit, a: int, near: float | None = None) -> Torques:
     """Torque of one period at the peak of the periodogram, with a phase and an amplitude for every log.
 
-    The periodogram is that of the innovations, summed over the logs; with ``near`` [Hz] within a bin of it.
+    The periodogram is that of the innovations, summed over the logs; with ``near`` [Hz] within a bin of it. A bin
+    around each period of the fit does not count: the rest of its torque is no further torque.
     """
     records = fitted.likelihood.records
+    known = fitted.point.harmonics[0] if fitted.point.harmonics else NO_HARMONICS
     longest, step = max(float(record.time[-1]) for record in records), records[0].held * records[0].step
     finer = 3 if near is None else 6  # a line between two bins loses 1 %, or lies within a hundredth of a bin
     size = 2 ** int(np.ceil(np.log2(longest / step) + finer))
@@ -132,6 +135,8 @@ def _period(fitted: Fit, a: int, near: float | None = None) -> Torques:
     if near is not None:
         low, high = max(low, near - 1.0 / longest), min(high, near + 1.0 / longest)
     power[(f < low) | (f > high)] = 0.0
+    for omega in known[known[:, 0] == a, 1]:
+        power[np.abs(f - omega / (2.0 * np.pi)) < 1.0 / longest] = 0.0
     frequency = float(f[power.argmax()])
     turns = [np.exp(2j * np.pi * frequency * means(r.time[:, None], r.held)[:, 0]) for r in records]
     both = [np.column_stack((turn.imag, turn.real)) for turn in turns]
