@@ -198,7 +198,7 @@ SCRIPT = """
     from heli_plant.parameters import from_names
     from fmu_src.builder import build
     from fmpy import read_model_description
-    from tests.simulated import drive, noisy
+    from tests.simulated import drive, noisy_log
 
     tilted = from_names({"effects.table_tilt.travel": 0.15})
     motion = [0.0, 0.1, 0.2, 0.7, 0.3, 0.1, 0.2, 1.0, 0.5, 0.0]
@@ -206,7 +206,7 @@ SCRIPT = """
     assert interpreted == 0.15 * np.sin(0.7) == compile_function(added_travel)(*motion, parameter_record(tilted))
     print("compiled")
 
-    one, other, held = (noisy(tilted, drive(60.0, seed) + 0.8, seed, name=f"run{seed}") for seed in (1, 2, 3))
+    one, other, held = (noisy_log(tilted, drive(60.0, seed) + 0.8, seed, name=f"run{seed}") for seed in (1, 2, 3))
     diagnosis = diagnose([one, other], held_out=held)
     found = diagnosis.effects[0]
     assert (found.name, found.axis) == ("table_tilt", "travel"), diagnosis.effects
