@@ -6,8 +6,8 @@ made of them need no such model: they judge the result of the likelihood.
 * The instruments' interval is narrow and contains the likelihood's value: *determined from outside*.
 * It excludes that value, however wide it is: the two contradict each other. The value is *not determined*, and no
   controller should be designed on it.
-* The instruments' interval is wide, but references move the parameter and the likelihood's interval is narrow: it *rests
-  on the noise model*.
+* The instruments' interval is wide, but references move the parameter and the likelihood's interval is narrow: it
+  *rests on the noise model*.
 * Otherwise: *not determined*. The value is the likeliest one within the plausible range of any rig of this kind. A gain
   that no reference moves is determined only if three times its interval would be narrow enough: in quiet flights in air
   that swirls, one in six of the others is wrong.
