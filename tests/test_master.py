@@ -9,7 +9,7 @@ import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import FMU2Slave
 
-from fmu_src import SCENARIOS, MasterError, WiringError
+from fmu_src import SCENARIOS, MasterError, Scenario, WiringError
 from fmu_src.master import run, run_apart
 from heli_identifier.following import FollowPlan, FollowSettings, Sample, correct, start_correcting
 from heli_identifier.online import IdentifierSettings, output_of, prepare, start, step
@@ -156,6 +156,17 @@ def test_values_of_inputs_have_to_fit_the_scenario(ran):
     ):
         with pytest.raises(WiringError, match=said):
             ran("open_loop", 0.1, H, inputs={target: np.zeros(count)})
+
+
+def test_values_after_the_last_step_change_nothing(ran):
+    alone = Scenario("alone", "the plant alone", (("plant", "HelicopterPlant"),), ())
+    flights = [
+        ran(alone, 0.1, H, inputs={"plant.v_front": np.full(10, 3.0), "plant.v_rear": np.full(count, 2.0)})
+        for count in (10, 100)
+    ]
+    pitch = flights[0].columns("plant.pitch")
+    assert pitch[-1] != pitch[0], "the voltages move the plant"
+    np.testing.assert_array_equal(flights[0].values, flights[1].values)
 
 
 def test_a_unit_that_refuses_to_terminate_costs_neither_results_nor_the_reason_of_a_failure(twins, monkeypatch):

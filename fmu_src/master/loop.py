@@ -84,12 +84,15 @@ def run(
     wiring = scenario(scenario_name)
     steps, parameters = whole_steps(duration, step), parameters or {}
     by_unit = wiring.parameters_by_unit(parameters)
+    inputs = {target: values[:steps] for target, values in (inputs or {}).items()}
+    for target, values in inputs.items():
+        if len(values) < steps:
+            raise WiringError(f"inputs: {target} has {len(values)} values, {steps} steps need as many")
     with instantiate_units(wiring, fmus or {}, native or bool(variations)) as units:
         in_python = [name for name, unit in units.items() if unit.play is None]
         if variations and in_python:
             raise MasterError(f"many runs need native units; {in_python[0]} is none, build it with --native")
-        _check_inputs(inputs or {}, wiring, steps)
-        wired = Wired(wiring, units, step, record, inputs or {})
+        wired = Wired(wiring, units, step, record, inputs)
         values = np.empty((steps + 1, len(wired.names)))
 
         def run_once(by_unit: Mapping[str, Mapping[str, Value]]) -> float:
@@ -121,19 +124,6 @@ def run(
     return Result(wired.names, wired.physical_units, time, nominal, seconds, bands)
 
 
-def _check_inputs(inputs: Mapping[str, Array], wiring: Scenario, steps: int) -> None:
-    """Refuse values for an unknown unit, for a connected input, or for too few steps."""
-    units = dict(wiring.units)
-    sources = {f"{c.target_unit}.{c.target}": f"{c.source_unit}.{c.source}" for c in wiring.connections}
-    for target, values in inputs.items():
-        if target.partition(".")[0] not in units:
-            raise WiringError(f"inputs: {target} is of no unit of scenario {wiring.name}, which has {', '.join(units)}")
-        if target in sources:
-            raise WiringError(f"inputs: {target} is connected to {sources[target]} in scenario {wiring.name}")
-        if len(values) < steps:
-            raise WiringError(f"inputs: {target} has {len(values)} values, {steps} steps need as many")
-
-
 def _run_bands(runs: Array, refused: tuple[str, ...]) -> Bands:
     """Return the bands that contain :data:`SHARE` of the runs, shape (runs, N, M), which are sorted in place."""
     if len(runs) == 0:
@@ -159,7 +149,8 @@ class Wired:
     ``names`` and ``physical_units`` are those of every output that is read, as ``unit.variable``: the outputs in
     ``record`` (all by default) and those that feed an input. ``values`` holds the ``outputs`` followed by the
     values of ``inputs`` in the present step, ``fed`` the values of all connected inputs, and ``sources`` the index in
-    ``values`` of each input's source. WiringError: a name is no output of its unit; MasterError: a target is no input.
+    ``values`` of each input's source. WiringError: a name is no output of its unit, or one of
+    ``inputs`` is connected or of no unit; MasterError: a target is no input.
     """
 
     def __init__(
@@ -173,6 +164,12 @@ class Wired:
         for name in (*sorted(source_names), *(record or ())):
             if name not in all_outputs:
                 raise WiringError(f"scenario {wiring.name} has no output {name!r}{did_you_mean(name, all_outputs)}")
+        for name in inputs:
+            if name.partition(".")[0] not in units:
+                known = ", ".join(units)
+                raise WiringError(f"inputs: {name} is of no unit of scenario {wiring.name}, which has {known}")
+            if name in wires:
+                raise WiringError(f"inputs: {name} is connected to {wires[name]} in scenario {wiring.name}")
         read = all_outputs.keys() if record is None else {*record, *source_names}
         self.names = tuple(name for name in all_outputs if name in read)
         self.physical_units = tuple(all_outputs[name].unit or "1" for name in self.names)
