@@ -66,7 +66,7 @@ def test_an_experiment_beyond_the_limits_is_not_proposed_in_open_or_closed_loop_
     limits = Limits(pitch=0.2, elevation=0.06)
     outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 20.0, limits, lambda what, share: None)
     assert outlooks
-    assert all(one.pitch_to_rad <= 0.2 and one.elevation_by_rad <= 0.06 for one in outlooks)
+    assert all(one.largest_pitch_rad <= 0.2 and one.largest_elevation_rad <= 0.06 for one in outlooks)
     assert len(outlooks) < len(list(list_additions()))  # steps of .2 and .1 rad go beyond
 
 

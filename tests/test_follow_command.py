@@ -97,7 +97,7 @@ def wait_for_rows(path, rows):
 def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight, tmp_path, start_follow):
     parameters = flight / "parameters.json"
     process, port = start_follow("-p", parameters, "-o", "out")
-    sent = run_python(HELI, "stream", flight / "log.csv", "--to", f"127.0.0.1:{port}", "--speed", 12)
+    sent = run_python(HELI, "stream", flight / "log.csv", "--address", f"127.0.0.1:{port}", "--speed", 12)
     assert "1201 samples" in sent.stdout
     wait_for_rows(tmp_path / "out/recorded.csv", 1201)
     process.send_signal(signal.SIGINT)

@@ -161,6 +161,6 @@ FAULTS: tuple[Fault, ...] = (
       for axis in ANGLES),
     Fault("scale", "v_front", "v_front is 1 + {size} times what is logged, if the rotors pull alike", "1",
           -0.5, 0.5, 0.02, _undo_scale,
-          "Measure both voltages at the motors with a meter while the log runs, and mend the factor of the column."),
+          "Measure both voltages at the motors with a meter while the log runs, and correct the factor of the column."),
 )  # fmt: skip
 """The catalogue of faults that are searched in the likelihood."""

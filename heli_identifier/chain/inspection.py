@@ -156,7 +156,7 @@ def _refuse_unusable(log: Log) -> None:
         if np.ptp(log.angles[:, i]) > 0.0 and np.array_equal(log.angles[:, i], log.angles[:, j]):
             raise LogError(
                 f"log {log.name}: {ANGLES[i]} and {ANGLES[j]} are the same numbers, one column was written twice. "
-                f"Mend [log.columns] of heli.toml, or record the {ANGLES[j]} again."
+                f"Correct [log.columns] of heli.toml, or record the {ANGLES[j]} again."
             )
     for axis, angle in zip(ANGLES, log.angles.T, strict=True):
         jumps = np.flatnonzero(np.abs(np.abs(np.diff(angle)) - 2.0 * np.pi) < 0.5)
@@ -169,7 +169,7 @@ def _refuse_unusable(log: Log) -> None:
     if mean[0] * mean[1] < 0.0 and (np.abs(mean) > np.maximum(spread, OPPOSED)).all():
         raise LogError(
             f"log {log.name}: v_front averages {mean[0]:.2f} V and v_rear {mean[1]:.2f} V, so one rotor pulls down all "
-            "the time: one of the two has the wrong sign. Mend it under [log.signs] of heli.toml."
+            "the time: one of the two has the wrong sign. Correct it under [log.signs] of heli.toml."
         )
 
 
@@ -180,15 +180,15 @@ def _compare_counts(axis: str, step: float, counts: int) -> list[Defect]:
         if abs(ratio / factor - 1.0) < 0.02:
             raise LogError(
                 f"the {axis} moves in steps of {step:.2g} rad, {ratio:.3g} times those of an encoder of {counts} "
-                f"counts a turn: its column is in {true} and was read as {read}. Mend its unit in the header or in "
+                f"counts a turn: its column is in {true} and was read as {read}. Correct its unit in the header or in "
                 "heli.toml."
             )
     if ratio < FINEST or 1.0 / OTHER_COUNTS < ratio < OTHER_COUNTS:
         return []
     words = (
         f"the {axis} moves in steps of {1e3 * step:.3g} mrad, {2.0 * np.pi / step:.0f} a turn, and heli.toml says "
-        f"{counts}: mend encoder_counts, or take an encoder that is finer; or mend the factor of the {axis}, if it is "
-        f"{ratio:.3g} times too large"
+        f"{counts}: correct encoder_counts, or take an encoder that is finer; or correct the factor of the {axis}, if "
+        f"it is {ratio:.3g} times too large"
     )
     imitates = (f"friction of the {axis}", f"backlash of {axis}", f"timing of {axis}") if ratio > COARSE else ()
     return [Defect("counts", axis, words, imitates, ratio)]

@@ -93,14 +93,14 @@ def follow(
     if interrupted:
         note("stopped by Ctrl-C; the recording is being diagnosed (Ctrl-C again leaves that out)")
     conclude_flight(session, output, configuration)
-    refuse(lost != "", f"the flight ended because {lost}; mend that, and name another folder for the next flight.")
+    refuse(lost != "", f"the flight ended because {lost}; correct that, and name another folder for the next flight.")
     if interrupted:
         raise typer.Exit(INTERRUPTED)
 
 
 def stream(
     log: Path = argument(..., "Measured log to send.", "LOG"),
-    to: str = option(..., "Where to send it, by UDP, as 127.0.0.1:25000.", "HOST:PORT"),
+    address: str = option(..., "Where to send it, by UDP, as 127.0.0.1:25000.", "HOST:PORT"),
     speed: float = option(1.0, "How many times faster than the rig was.", "N"),
     layout: str | None = args.LAYOUT,
     config: Path | None = args.CONFIG,
@@ -114,7 +114,7 @@ def stream(
     datagram_layout = read_layout(layout or USUAL_LAYOUT)
     ((recorded,), _) = args.read_logs_of_rig([log], config)
     with progress_bar() as progress:
-        late = send(recorded, to, speed, datagram_layout, progress)
-    typer.echo(f"{recorded.samples} samples, {recorded.duration:.4g} s of flight, sent to {to}")
+        late = send(recorded, address, speed, datagram_layout, progress)
+    typer.echo(f"{recorded.samples} samples, {recorded.duration:.4g} s of flight, sent to {address}")
     if late > 0.05:
         warn(f"the last datagrams were sent {late:.2g} s too late: this computer is too slow for --speed {speed:g}")

@@ -29,8 +29,8 @@ REASONS = {
     "worse than alone": (
         "rolled back", f"{_AHEAD} are worse than those of the twin that was left alone; its values are taken again",
     ),
-    "stopped": ("stream", "nothing has come in for more than 0.2 s; corrections rest"),
-    "frozen": ("stream", "an encoder stands still although the rig moves; corrections rest"),
+    "stopped": ("stream", "nothing has come in for more than 0.2 s; corrections pause"),
+    "frozen": ("stream", "an encoder stands still although the rig moves; corrections pause"),
     "back": ("stream", "samples come in again"),
     "insignificant": (
         "held", "the change that explains the innovations best is smaller than four of its standard errors",
@@ -47,7 +47,7 @@ WHAT = tuple(dict.fromkeys([what for what, _ in REASONS.values()]))
 """Alarm, adopted, held, rolled back, stream."""
 
 _LEARNED = 9  # blocks after which the noise is known
-_KEYS = {"time": "time_s", "since": "since_s", "other": "or"}  # in a file, where they differ from the names below
+_KEYS = {"time": "time_s", "since": "since_s"}  # in a file, where they differ from the names below
 _DIGITS = 9  # of times [s] in a file: k h in floats has a tail that means nothing
 
 

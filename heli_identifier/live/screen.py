@@ -65,7 +65,7 @@ def draw_screen(title: str, view: View) -> Group:
 def event_line(event: Any) -> str:
     """Return an event as one line of text."""
     name = f" {event['name']}" if event["name"] else ""
-    other = f" (or {event['or']})" if event["or"] else ""
+    other = f" (or {event['other']})" if event["other"] else ""
     estimate = Estimate(event["value"], event["standard_error"], "1")
     value = f" = {with_interval(estimate)}" if event["name"] else ""
     return f"{event['time_s']:8.1f} s  {event['what']}{name}{value}{other}: {event['why']}"

@@ -45,18 +45,18 @@ def _rows(log: Log) -> Iterator[tuple[int, float, tuple[float, ...]]]:
 
 def send(
     log: Log,
-    to: str,
+    address: str,
     speed: float,
     layout: Layout,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> float:
-    """Send a log ``to`` HOST:PORT as a rig would; return the delay of the last datagram [s].
+    """Send a log to the ``address`` HOST:PORT as a rig would; return the delay of the last datagram [s].
 
     ``speed``: how many times faster than the rig. A datagram has the log's time and a number that counts from 0.
     ``progress`` is called with a text and the share that is done, 0 to 1.
     """
     require_range("--speed", speed, "times real time", *SPEEDS)
-    host, port = read_address(to, "--to", 1)
+    host, port = read_address(address, "--address", 1)
     began, late = monotonic(), 0.0
     with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM) as rig:
         for number, time, signals in _rows(log):
@@ -68,7 +68,7 @@ def send(
                 rig.sendto(encode(Datagram(number, time, signals), layout), (host, port))
             except OSError as error:
                 raise ConfigurationError(
-                    f"--to {to}: nothing can be sent there ({error.strerror}); check address and network."
+                    f"--address {address}: nothing can be sent there ({error.strerror}); check it and the network."
                 ) from error
             progress(f"{time:.1f} of {log.duration:.1f} s", number / log.samples)
     return late

@@ -188,7 +188,7 @@ def combine_rigs(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str]
         means[key] = pool_estimates(*zip(*pairs, strict=True)) if len(pairs) > 1 else None
     shown = [effect for diagnosis in diagnoses.values() for effect in diagnosis.effects]
     # Benjamini and Hochberg: p of every effect after correction over the catalogue
-    tested = {key: mean.none_p for key, mean in means.items() if mean and key[1]}
+    tested = {key: mean.p_no_effect for key, mean in means.items() if mean and key[1]}
     corrected = false_discovery_control([*tested.values()]) if tested else ()
     refuted = {key for key, p in zip(tested, corrected, strict=True) if p <= FALSE_DISCOVERY_RATE}
     coefficients = list[Coefficient]()

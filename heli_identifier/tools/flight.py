@@ -36,8 +36,8 @@ class FlightOutlook:
 
     added: str
     relative_errors: dict[str, float]
-    pitch_to_rad: float
-    elevation_by_rad: float
+    largest_pitch_rad: float
+    largest_elevation_rad: float
 
 
 def list_additions() -> Iterator[Proposal]:
@@ -108,6 +108,7 @@ def flight_table(outlooks: list[FlightOutlook]) -> Table:
             words = [f"{100.0 * error:.2g} %"] if error <= 1.0 else []
             words += [] if is_determined(1.0, error, "") else ["not determined"]
             errors.append(", ".join(words))
-        rows.append((outlook.added, *errors, f"{outlook.pitch_to_rad:.2f} rad", f"{outlook.elevation_by_rad:.2f} rad"))
+        angles = (f"{angle:.2f} rad" for angle in (outlook.largest_pitch_rad, outlook.largest_elevation_rad))
+        rows.append((outlook.added, *errors, *angles))
     columns = ("added to the flight", *JUDGED, "pitch to", "elevation by")
     return Table("Standard errors of what the loop hides, best first", columns, rows)

@@ -46,9 +46,9 @@ Values = NDArray[np.float64]
 class Pooled:
     """The random-effects mean of one coefficient over k ``rigs``, in the unit of the coefficient, intervals of 95 %.
 
-    ``p`` is the two-sided probability of such a mean if the true mean is zero, whatever the spread. ``none_p`` is the
-    probability of such estimates if no rig has the effect, from the fixed-effect mean over its standard error; with few
-    rigs it is far smaller than ``p``, because it knows no spread. ``spread`` is tau. ``prediction`` is the interval of
+    ``p`` is the two-sided probability of such a mean if the true mean is zero, whatever the spread. ``p_no_effect`` is
+    the probability of such estimates if no rig has the effect, from the fixed-effect mean over its standard error; with
+    few rigs it is far smaller than ``p``, because it knows no spread. ``spread`` is tau. ``prediction`` is the interval of
     the true value of a further rig, None for two rigs, which say nothing about it. ``Q`` and ``Q_p`` are Cochran's
     test, ``I2`` is 0 to 1.
     """
@@ -57,7 +57,7 @@ class Pooled:
     standard_error: float
     interval: tuple[float, float]
     p: float
-    none_p: float
+    p_no_effect: float
     spread: float
     spread_interval: tuple[float, float]
     prediction: tuple[float, float] | None
@@ -90,7 +90,7 @@ def pool_estimates(values: Sequence[float], standard_errors: Sequence[float]) ->
         standard_error=error,
         interval=(m - half, m + half),
         p=float(2.0 * t.sf(abs(m) / error, k - 1)),
-        none_p=float(2.0 * norm.sf(abs(fixed) * np.sqrt(fixed_precision))),
+        p_no_effect=float(2.0 * norm.sf(abs(fixed) * np.sqrt(fixed_precision))),
         spread=tau,
         spread_interval=(low, high),
         prediction=prediction_interval(y, s) if k > 2 else None,

@@ -245,7 +245,7 @@ def import_function(name: str) -> Any:
         imported = getattr(import_module(module), function, None)
     except (Exception, SystemExit) as error:  # whatever the user's own file does
         raise ConfigurationError(
-            f"{name}: module {module} cannot be imported: {type(error).__name__}: {error}; mend it, or run from the "
+            f"{name}: module {module} cannot be imported: {type(error).__name__}: {error}; correct it, or run from the "
             "folder that holds it."
         ) from error
     refuse(not callable(imported), f"{name}: module {module} has no function {function}.")

@@ -247,7 +247,7 @@ def _refuse_scaled(fitted: Fit, defects: Sequence[Defect]) -> None:
         if other.value + counted * np.log(defect.ratio) < fitted.value - UNKNOWN:
             raise LogError(
                 f"the {defect.channel} is {defect.ratio:.3g} times too large: its steps say so, and so do the other "
-                "axes. Mend its unit or its factor."
+                "axes. Correct its unit or its factor."
             )
 
 

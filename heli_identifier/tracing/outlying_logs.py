@@ -140,7 +140,7 @@ def refuse_mirrored(null: Fit) -> None:
     single = len(fewer) == 1
     raise LogError(
         f"the training log{'s' * (not single)} {', '.join(fewer)} fit{'s' * single} the rest with "
-        f"{' or '.join(sorted({what for what, _ in mended.values()}))}. Mend that in heli.toml, or take fewer logs."
+        f"{' or '.join(sorted({what for what, _ in mended.values()}))}. Correct that in heli.toml, or take fewer logs."
     )
 
 
@@ -199,7 +199,7 @@ def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
                 f"its innovations are {scale / usual:.1f} times theirs"
             )
     notes += _other_gains(fitted)
-    return tuple(f"{note}. Mend it in heli.toml or leave it out, and run this again" for note in notes)
+    return tuple(f"{note}. Correct it in heli.toml or leave it out, and run this again" for note in notes)
 
 
 def _other_gains(fitted: Fit) -> list[str]:
@@ -231,7 +231,7 @@ def _misfit(fitted: Fit, record: Record) -> tuple[float, Array]:
 
 
 def _mirrored(fitted: Fit, record: Record, as_read: float) -> tuple[str, Record] | None:
-    """Name and mend the mistake without which a log fits far better than ``as_read`` [nats]; None without one."""
+    """Name and correct the mistake without which a log fits far better than ``as_read`` [nats]; None without one."""
     mended = [(_misfit(fitted, other)[0], what, other) for what, other in _mirrors(fitted.likelihood.rig, record)]
     least, what, other = min(mended, key=lambda candidate: candidate[0])
     return (what, other) if as_read - least > UNKNOWN else None

@@ -8,7 +8,7 @@ FOLLOW = "heli follow -p parameters.json"
 INTO = f"{FOLLOW} -o out"
 PLAY = f"{INTO} log.csv --speed 0"
 LISTEN = f"{INTO} --listen 127.0.0.1:0"
-STREAM = "heli stream log.csv --to 127.0.0.1:9"
+STREAM = "heli stream log.csv --address 127.0.0.1:9"
 MANY = "- " * 10_000 + "time v_front v_rear pitch elevation travel"
 
 FLIGHTS = (
@@ -33,7 +33,7 @@ FLIGHTS = (
 )  # fmt: skip
 
 STREAMS = (
-    Fault("a stream to everybody", good, "heli stream log.csv --to 255.255.255.255:9", "stands for many machines or networks"),
+    Fault("a stream to everybody", good, "heli stream log.csv --address 255.255.255.255:9", "stands for many machines or networks"),
     Fault("a layout of JSON and a double", good, f"{STREAM} --layout 'json time'", "'json' is unknown"),
     Fault("a stream that says so on a full disk", good, f"{STREAM} --speed 1000 >/dev/full", "standard output cannot be written: No space left on device", shell=True),
     Fault("a layout with a name twice", good, f"{STREAM} --layout 'time time v_front v_rear pitch elevation travel'", "'time' stands there twice"),

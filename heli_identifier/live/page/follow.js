@@ -118,7 +118,7 @@ function showEvents(list) {
     const item = document.createElement("li");
     item.className = event.what.split(" ")[0];
     const value = event.name ? ` ${event.name} = ${formatInterval(event.value, 1.96 * event.standard_error)}` : "";
-    const other = event.or ? ` (or ${event.or})` : "";
+    const other = event.other ? ` (or ${event.other})` : "";
     item.textContent = `${event.time_s.toFixed(1)} s  ${event.what}${value}${other}: ${event.why}`;
     return item;
   }));
