@@ -48,8 +48,8 @@ class Pooled:
 
     ``p`` is the two-sided probability of such a mean if the true mean is zero, whatever the spread. ``p_no_effect`` is
     the probability of such estimates if no rig has the effect, from the fixed-effect mean over its standard error; with
-    few rigs it is far smaller than ``p``, because it knows no spread. ``spread`` is tau. ``prediction`` is the interval of
-    the true value of a further rig, None for two rigs, which say nothing about it. ``Q`` and ``Q_p`` are Cochran's
+    few rigs it is far smaller than ``p``, because it knows no spread. ``spread`` is tau. ``prediction`` is the interval
+    of the true value of a further rig, None for two rigs, which say nothing about it. ``Q`` and ``Q_p`` are Cochran's
     test, ``I2`` is 0 to 1.
     """
 

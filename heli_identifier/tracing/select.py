@@ -10,7 +10,7 @@ with corners, such as a dead zone, predicts five times the loss of the refit. Ef
 its score is the loss of the likelihood without all its members.
 """
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
@@ -84,22 +84,25 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) ->
         chosen = stepwise(form, selected, barred)
         barred |= set(selected) - set(chosen)
         if set(chosen) == set(selected) and (chosen := _prefer_simpler(form, selected, barred)) == selected:
-            findings = _weigh_effects(form, null)
-            needless = _find_needless(form, findings)
-            if not needless:
+            findings = list[Finding]()
+            for finding in _weigh_effects(form, null):
+                if _is_needless(form, finding):
+                    break
+                findings.append(finding)
+            else:
                 break
-            barred.update(needless)
-            chosen = [name for name in selected if name not in needless]
+            barred.add(finding.effect.field)
+            chosen = [name for name in selected if name != finding.effect.field]
         fitted = _fit_entered(form, chosen)
     findings.sort(key=lambda f: -f.stated_score)
     return Selection(null, form.fitted, tuple(findings), form.scores(form.selected), form)
 
 
-def _find_needless(form: Scores, findings: Sequence[Finding]) -> list[str]:
-    """Effects of the set that a refit shows to be worth less than their entry, and faults that no log could time."""
-    faults = form.fitted.likelihood.faults.items()
-    on_time = {fault.field for fault, size in faults if fault.unit == "s" and size < TIMED}
-    return [name for f in findings if (name := f.effect.field) in on_time or f.stated_score < form.entry_score(name)]
+def _is_needless(form: Scores, finding: Finding) -> bool:
+    """Whether a refit shows an effect of the set to be worth less than its entry, or a fault too short for any log."""
+    fault = finding.effect.fault
+    on_time = fault is not None and fault.unit == "s" and form.fitted.likelihood.faults[fault] < TIMED
+    return on_time or finding.stated_score < form.entry_score(finding.effect.field)
 
 
 def _fit_entered(form: Scores, chosen: Sequence[str]) -> Fit:
@@ -182,8 +185,8 @@ def _add_mechanics(fitted: Fit, kept: Sequence[str]) -> Fit:
     return refit(start, candidates, [*kept, *absent], absent, value_only=True)
 
 
-def _weigh_effects(form: Scores, null: Fit) -> list[Finding]:
-    """Weigh the effects of the set by refits without each family.
+def _weigh_effects(form: Scores, null: Fit) -> Iterator[Finding]:
+    """Weigh the effects of the set, weakest first, by refits without each family.
 
     With the effect and without it, the plant has rigid-body mechanics if it is likelier with them: as long as the
     gravity of a heavy arm is left out, another law that bends the elevation takes its place.
@@ -209,7 +212,8 @@ def _weigh_effects(form: Scores, null: Fit) -> list[Finding]:
         return F - least(selected, mechanics and F - fitted.value < UNKNOWN)  # a clear case needs no further fit
 
     scores = form.scores(selected)
-    return [_weigh_effect(form, name, selected, scores, lost) for name in selected]
+    for name in sorted(selected, key=lambda name: scores[name].score):
+        yield _weigh_effect(form, name, selected, scores, lost)
 
 
 def stepwise(form: Scores, start: Sequence[str], barred: Collection[str] = ()) -> list[str]:
