@@ -90,11 +90,11 @@ def pid_step(
     u_front, u_rear = 0.5 * (total + difference), 0.5 * (total - difference)
     v_front, v_rear = saturate(u_front, settings.voltage_limit), saturate(u_rear, settings.voltage_limit)
     change_front, change_rear = v_front - u_front, v_rear - u_rear
-    # an excess over a limit has the sign of the errors that would make it grow
+    # with positive gains an excess over a limit has the sign of the errors that would make it grow
     excesses = (change_front - change_rear, change_front + change_rear, excess_travel)
     integrals = [
-        integral if excess * error > 0.0 else integral + h * error
-        for integral, error, excess in zip(state[:3], errors, excesses, strict=True)
+        integral if excess * error * axis.integral > 0.0 else integral + h * error
+        for integral, error, excess, axis in zip(state[:3], errors, excesses, settings[:3], strict=True)
     ]
     decay = exp(-h / settings.rate_time_constant)
     filtered = [angle + (xi - angle) * decay for angle, xi in zip(angles, state[3:], strict=True)]

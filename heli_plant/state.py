@@ -41,7 +41,10 @@ def start_state(
 
 
 def rest_state(parameters: PlantParameters, mu_sum: float = 0.0) -> PlantState:
-    """Return the state in which the simplified model rests under equal rotors with nu_f + nu_r = ``mu_sum`` [V]."""
+    """Return the state in which the simplified model rests under equal rotors with nu_f + nu_r = ``mu_sum`` [V].
+
+    An arm without stiffness rests at any elevation; its state is at zero.
+    """
     lift = parameters.k_z * mu_sum * cos(parameters.theta0)
-    elevation = (lift - parameters.a_1) / parameters.a_e
+    elevation = (lift - parameters.a_1) / parameters.a_e if parameters.a_e != 0.0 else 0.0
     return start_state(parameters.theta0, elevation, 0.0, 0.5 * mu_sum, 0.5 * mu_sum)

@@ -61,7 +61,7 @@ def test_an_experiment_beyond_the_limits_is_not_proposed_in_open_or_closed_loop_
     tight = Limits(pitch=0.05, elevation=0.05)
     assert experiment.fly_proposal(multisines(1.5, 0.6), PLANT, (effect("dry_friction", "pitch"),), 40.0, tight) is None
     for limit in (0.5, 2.0):
-        found = [np.abs(one.voltages(1.0)).max() for one in experiment.list_proposals(limit)]
+        found = [np.abs(one.voltages(1.0)).max() for one in experiment.list_proposals(limit, PLANT)]
         assert 9 <= len(found) and max(found) <= limit
     limits = Limits(pitch=0.2, elevation=0.06)
     outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 20.0, limits, lambda what, share: None)

@@ -22,7 +22,7 @@ from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import read_controller
 from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, note_written, warn
-from heli_identifier.errors import ConfigurationError, IdentifierError
+from heli_identifier.errors import IdentifierError
 from heli_identifier.live.page import serve_page
 from heli_identifier.live.screen import print_events, show_screen
 from heli_identifier.live.session import ADVICE, EVENTS, GAINS, IN_USE, PREDICTIONS, RECORDED, Session, Show, View
@@ -95,7 +95,7 @@ class Adviser:
                 document, gains = job.result()
                 self.sentence = document["sentence"]
                 results.write_files(self.folder, {ADVICE: document, **({GAINS: gains} if gains else {})})
-            except ConfigurationError as error:
+            except Exception as error:  # no advice may end a flight
                 self.sentence = f"The controller cannot be judged around the changed plant: {error}"
         return self.sentence
 

@@ -88,11 +88,11 @@ def design(
     plant, limits = _read_plant(parameters), tools.Limits(voltage_limit, pitch_limit, elevation_limit)
     with progress_bar() as progress:
         ranked = tools.rank_proposals(plant, entries, duration, limits, progress=progress)
-    refuse(not ranked, f"no proposal {no_flight}; widen the limits.")
+    refuse(not ranked, f"no proposal {no_flight}; widen the limits, or fly under the controller with --closed-loop.")
     listed = ranked[: 10 if json else 5]
     print_answer(json, results.to_json_value(listed), [tools.experiment_table(listed)])
     if output is not None:
-        tools.write_voltages(ranked[0], limits, output)
+        tools.write_voltages(ranked[0], plant, limits, output)
         note(f"voltages of the best: {output}")
 
 

@@ -26,7 +26,7 @@ def start_correcting(plan: FollowPlan, sample: Sample) -> CorrectorState:
     return CorrectorState(
         settled_at=plan.settling,
         observer=start_observer(start_state(*angles, *voltages), voltages, twin.parameters, plan),
-        encoders=tuple([Encoder(angle) for angle in angles]),
+        encoders=tuple([Encoder(angle, still=1) for angle in angles]),
         twin=twin,
         errors=(0.0,) * len(twin.values),
         predictions=Predictions((Copies(predicted=angles),) * 2),

@@ -7,7 +7,8 @@ rig's time, until they are released. Counted are samples that are
 * ``late``: they came after a later one had been released; they are not used.
 * ``duplicated``: they came before.
 * ``lost``: they had not come when a later one was released. If they still come, they are late and not lost.
-* ``unclocked``: the rig's clock stood still or stepped back; their time follows from their number.
+* ``unclocked``: the rig's clock stood still or stepped back. From then on times follow from numbers, as a clock of
+  coarse resolution stands still again and again.
 * ``stray``: their time was more than :data:`JUMP` from the newest one, and the next sample did not continue it, so
   that it was damaged. If the next sample does continue it, the stream paused (up to :data:`LONGEST_GAP`), or the
   sender started again (``restarted``), and the order begins again.
@@ -47,7 +48,7 @@ class Order:
 
     ``sample_time``: sampling interval of the rig [s]. ``last``: the sample released last; ``newest``: the one with the
     largest time; ``stray``: one far from it, which needs a second one; ``recent``: times of the last released samples;
-    ``shift``: correction of the rig's clock, which stood still or stepped back [s].
+    ``shift``: correction of the rig's clock, which stood still or stepped back (``is_clock_coarse``) [s].
     """
 
     def __init__(self, sample_time: float) -> None:
@@ -60,7 +61,7 @@ class Order:
         self.newest: Datagram | None = None
         self.stray: Datagram | None = None
         self.recent: deque[float] = deque(maxlen=RECENT)
-        self.shift = 0.0
+        self.shift, self.is_clock_coarse = 0.0, False
 
     def restart(self) -> None:
         """Begin again for a rig that started again; samples that waited are dropped, as their age is unknown."""
@@ -81,11 +82,14 @@ class Order:
             if stray is not None:  # this sample does not continue it
                 self.stray = None
                 counts["stray"] += 1
-            if newest is not None and 0 <= newest.number < sample.number and sample.time <= newest.time + _STANDSTILL:
+            if newest is not None and min(newest.number, sample.number) >= 0:
+                stands = newest.number < sample.number and sample.time <= newest.time + _STANDSTILL
+                counts["unclocked"] += stands
+                self.is_clock_coarse |= stands
                 time = newest.time + (sample.number - newest.number) * self.sample_time
-                self.shift += time - sample.time
-                counts["unclocked"] += 1
-                sample = sample._replace(time=time)
+                if stands or (self.is_clock_coarse and abs(time - sample.time) <= JUMP):
+                    self.shift += time - sample.time
+                    sample = sample._replace(time=time)
             self._insert(sample)
         elif stray is None or not 0.0 < sample.time - stray.time <= JUMP:
             if stray is not None:
@@ -170,12 +174,13 @@ class Clock:
 class Grid:
     """Instants k h, counted from the sample ``first`` at the instant ``base``.
 
-    ``tick``: the last instant that has passed; ``silent``: it passed by the clock, without a sample.
+    ``tick``: the last instant that has passed; ``silent``: it passed by the clock, without a sample; ``drift``: number
+    of instants by which numbers run ahead of times, as the rate is not known exactly.
     """
 
     def __init__(self, sample_time: float, first: Datagram) -> None:
         self.sample_time, self.first = sample_time, first
-        self.base, self.tick, self.silent = 0, -1, False
+        self.base, self.tick, self.silent, self.drift = 0, -1, False, 0.0
 
     def time_of(self, sample: Datagram) -> float:
         """Return a sample's time since the first instant [s]."""
@@ -188,8 +193,8 @@ class Grid:
         if sample.number >= 0 and self.first.number >= 0:
             counted = sample.number - self.first.number
             # A number that does not agree with the time is damaged.
-            if abs(counted - by_time) * self.sample_time <= JUMP:
-                step = counted
+            if abs(counted - by_time - self.drift) * self.sample_time <= JUMP:
+                step, self.drift = counted, counted - by_time
         if self.base + step > self.tick:
             self.tick, self.silent = self.base + step, False
             return self.tick
@@ -197,6 +202,6 @@ class Grid:
 
     def resume(self, sample: Datagram, pause: int) -> int:
         """Count from ``sample`` on, ``pause`` instants after the last one; return its instant."""
-        self.first, self.base, self.silent = sample, self.tick + pause, False
+        self.first, self.base, self.silent, self.drift = sample, self.tick + pause, False, 0.0
         self.tick = self.base
         return self.tick

@@ -132,9 +132,13 @@ def settled_lag(s: Signals, h: float, lag: float) -> LagState:
 
 
 def follow_lag(state: LagState, estimate: float, standard_error: float, h: float, lag: float) -> LagState:
-    """Return ``state`` with T_2 at the ``estimate`` of T + Delta, if its ``standard_error`` [s] is small enough."""
-    if standard_error > _KNOWN * estimate:
+    """Return ``state`` with T_2 at the ``estimate`` of T + Delta, if its ``standard_error`` [s] is small enough.
+
+    An estimate of about zero is followed as well: T_2 would otherwise stay at a lag that fast motors do not have.
+    """
+    if standard_error > _KNOWN * max(estimate, lag):
         return state
+    estimate = max(estimate, 0.5 * h)  # a lag that samples do not resolve
     share = exp(-h / estimate)
     if abs(estimate - lag) < _SAME * estimate:
         return state._replace(share=share, ramp=h / estimate * share)

@@ -103,7 +103,7 @@ def design_controller(
         judged_nominal = judge_controller(plants, nominal, axes)
         judged_robust = judged_nominal if robust == nominal else judge_controller(plants, robust, axes)
         design = Design(kind, axes, plants, judged_nominal, judged_robust, robust, (), continuous)
-        checked, remedy = design.baseline, "lower the weights of the angles, or sample faster"
+        checked, remedy = design.robust, "lower the weights of the angles, or sample faster"
     unstable = "the designed loop is unstable on the identified plant, with its delay and bending"
     refuse(not checked.is_stable, f"{unstable}; {remedy}.")
     for axis in axes:

@@ -144,12 +144,16 @@ def find_effects(words: Sequence[str]) -> tuple[Effect, ...]:
     return tuple(effects)
 
 
-def list_proposals(limit: float) -> Iterator[Proposal]:
-    """Yield the excitations whose base voltage is at most ``limit`` [V]; their voltages are clipped to it."""
+def list_proposals(limit: float, parameters: PlantParameters) -> Iterator[Proposal]:
+    """Yield the excitations whose base voltage is at most ``limit`` [V]; their voltages are clipped to it.
+
+    The plant's voltage of hover at elevation zero is a base as well.
+    """
+    hover = round(0.5 * parameters.a_1 / parameters.k_z, 2) if parameters.k_z > 0.0 else 0.0
     for experiment in (1, 2) if limit >= PAPERS_BASE else ():
         name = f"the paper's experiment {experiment} on both channels, base {PAPERS_BASE:g} V"
         yield Proposal(name, Excitation(PAPERS_BASE, *paper_channels(experiment, "both"), limit))
-    bases = [base for base in BASES if base <= limit]
+    bases = sorted({base for base in (*BASES, hover) if 0.0 <= base <= limit})
     for base, *bands, rms in product(bases, BANDS, BANDS, STRENGTHS):
         on_difference, on_sum = bands
         name = f"multisines of {rms:g} V rms, {on_difference} on v_f - v_r and {on_sum} on v_f + v_r, base {base:g} V"
@@ -199,7 +203,7 @@ def rank_proposals(
     parameters: PlantParameters, effects: Sequence[Effect], duration: float, limits: Limits, progress: tracing.Progress
 ) -> list[Outlook]:
     """Simulate all proposals for one or two effects over a ``duration`` [s]; return those within limits, best first."""
-    proposals, outlooks = list(list_proposals(limits.voltage)), []
+    proposals, outlooks = list(list_proposals(limits.voltage, parameters)), []
     for count, proposal in enumerate(proposals):
         progress(f"simulating {count + 1} of {len(proposals)}", count / len(proposals))
         if outlook := fly_proposal(proposal, parameters, effects, duration, limits):
@@ -218,9 +222,9 @@ def rank_outlooks(outlooks: Sequence[Outlook]) -> list[Outlook]:
     return [outlooks[i] for i in order]
 
 
-def write_voltages(outlook: Outlook, limits: Limits, path: Path) -> None:
+def write_voltages(outlook: Outlook, parameters: PlantParameters, limits: Limits, path: Path) -> None:
     """Write time [s], v_front [V], v_rear [V] of an experiment as a CSV file that a rig can play."""
-    proposal = next(proposal for proposal in list_proposals(limits.voltage) if proposal.name == outlook.experiment)
+    (proposal,) = (one for one in list_proposals(limits.voltage, parameters) if one.name == outlook.experiment)
     lines = ["time [s],v_front [V],v_rear [V]"]
     for k, (front, rear) in enumerate(proposal.voltages(outlook.duration_s)):
         lines.append(f"{k * STEP:.2f},{front:.5f},{rear:.5f}")

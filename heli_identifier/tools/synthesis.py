@@ -74,7 +74,9 @@ def _tune_loop(
     """Return the PID with new gains of one loop; the loop of the travel acts through that of the pitch."""
     axis, tau, channel = AXES[loop], settings.rate_time_constant, loop % len(margins.LOOPS)
     present: AxisGains = getattr(settings, axis)
-    present = present._replace(integral=present.integral or 1e-3)
+    if present.proportional + present.derivative <= 0.0:  # the loop is not flown
+        present = getattr(PidSettings(), axis)
+    present = AxisGains(*(max(gain, 1e-3) for gain in present))  # their logarithms move
     noise_gain = present.proportional + present.derivative / tau
 
     def with_gains(gains: list[float]) -> PidSettings:
