@@ -113,5 +113,6 @@ next_step_time = _make_function("next_step_time", ("time", "p"), ["next_time = i
 
 def thrust_voltages(nu_front: float, nu_rear: float, time: float, p: Any) -> tuple[float, float]:
     """Return (mu_d, mu_s) [V], difference and sum of the rotors' thrust-equivalent voltages at ``time`` [s]."""
-    front, rear = thrust_voltage(nu_front, time, p), thrust_voltage(nu_rear, time, p)
+    front = p.share_front * thrust_voltage(nu_front, time, p)
+    rear = p.share_rear * thrust_voltage(nu_rear, time, p)
     return front - rear, front + rear

@@ -12,16 +12,14 @@ with the bandwidth omega_o. It balances the spectra of torque and encoder noise;
 in its steady state, and the innovations are white. For a missing sample there is a prediction and no correction.
 Source: Anderson and Moore, Optimal Filtering, 1979, chapters 4 and 9.
 
-**Corrections** are added to the plant's parameters while it runs, and to the rotors' shares of thrust: a damaged rotor
-loses a share of its thrust. Motors and thrust are linear in the simplified model; therefore the share multiplies the
-saturated voltage of the motor.
+**Corrections** are added to the plant's parameters while it runs, the rotors' shares of thrust among them: a damaged
+rotor loses a share of its thrust.
 """
 
 from collections.abc import Sequence
 from math import cos, exp, sqrt
 from typing import NamedTuple
 
-from .motor import saturate
 from .parameters import BY_FIELD, PlantParameters
 from .plant import measured_angles
 from .state import PlantState, shift_motion
@@ -92,20 +90,11 @@ EFFECTS = (
     "constant_torque_travel", "cable_stiffness_travel",
 )  # fmt: skip
 """Effects that may be switched on: a bearing, a mass or a cable that moved."""
-FIELDS = (*GAINS, "a_1", *DAMPINGS, *EFFECTS)
-CORRECTED = (
-    *((BY_FIELD[field].name, BY_FIELD[field].unit) for field in FIELDS), ("rotor.front", "1"), ("rotor.rear", "1"),
-)  # fmt: skip
-"""Name and unit of what is corrected: parameters, and each rotor's share of its thrust, which is 1 uncorrected."""
+FIELDS = (*GAINS, "a_1", *DAMPINGS, *EFFECTS, "share_front", "share_rear")
+CORRECTED = tuple((BY_FIELD[field].name, BY_FIELD[field].unit) for field in FIELDS)
+"""Name and unit of what is corrected."""
 
 
 def with_correction(p: PlantParameters, corrections: Sequence[float]) -> PlantParameters:
-    """Return ``p`` with the ``corrections`` of :data:`CORRECTED` added, except those of the rotors' shares."""
-    return p._replace(**{field: getattr(p, field) + c for field, c in zip(FIELDS, corrections, strict=False)})
-
-
-def with_share(voltage: float, share: float, limit: float) -> float:
-    """Return the voltage [V] for a ``share`` [1] of the thrust of ``voltage``, which saturates at ``limit`` [V]."""
-    if share == 1.0:
-        return voltage
-    return share * saturate(voltage, limit)
+    """Return ``p`` with the ``corrections`` of :data:`CORRECTED` added."""
+    return p._replace(**{field: getattr(p, field) + c for field, c in zip(FIELDS, corrections, strict=True)})

@@ -103,9 +103,13 @@ def _table_rows() -> tuple[_Row, ...]:
     return tuple(rows)
 
 
-_STOP: _Row = ("pitch_stop", "pitch.stop", "", "rad", 0.0, 0.0, 3.2, "stops of the pitch, plus and minus; 0: none")
+_LAST: tuple[_Row, ...] = (
+    ("pitch_stop", "pitch.stop", "", "rad", 0.0, 0.0, 3.2, "stops of the pitch, plus and minus; 0: none"),
+    ("share_front", "rotor.front", "", "1", 1.0, 0.0, 10.0, "share of its thrust that the front rotor gives"),
+    ("share_rear", "rotor.rear", "", "1", 1.0, 0.0, 10.0, "the same of the rear rotor, which may be damaged as well"),
+)  # fmt: skip
 
-PARAMETERS = tuple(Parameter(*row) for row in (*_BASE, *_effect_rows(), *_GENERAL, *_table_rows(), _STOP))
+PARAMETERS = tuple(Parameter(*row) for row in (*_BASE, *_effect_rows(), *_GENERAL, *_table_rows(), *_LAST))
 """Every parameter, in the order of the fields."""
 
 BY_NAME: dict[str, Parameter] = {row.name: row for row in PARAMETERS}

@@ -53,8 +53,8 @@ def process_noise(count, seed, deviation=PROCESS_NOISE, correlation_time=1.0):
 def simulate_pushed(parameters, voltages, torque, law=None, controller=None, changed=None):
     """Simulate with accelerations ``torque`` (N, 3) and a further ``law`` of sample and state [rad/s^2].
 
-    ``controller`` gives the voltages [V] by sample and angles, ``changed`` the parameters at a sample, and the share of
-    thrust that the front rotor keeps. Returns the voltages (N, 2), and the angles (N, 3).
+    ``controller`` gives the voltages [V] by sample and angles, ``changed`` the parameters at a sample. Returns the
+    voltages (N, 2), and the angles (N, 3).
     """
     state, held = rigid_start(start_at_rest(parameters, voltages), parameters), []
     time = [k * H for k in range(len(voltages))]
@@ -63,8 +63,8 @@ def simulate_pushed(parameters, voltages, torque, law=None, controller=None, cha
         angles[k] = measured_angles(state)
         if controller is not None:
             used[k] = controller(k, tuple(angles[k]))
-        p, share = (parameters, 1.0) if changed is None else changed(k)
-        held.append((share * float(used[k, 0]), float(used[k, 1])))
+        p = parameters if changed is None else changed(k)
+        held.append((float(used[k, 0]), float(used[k, 1])))
         d = torque[k] if law is None else torque[k] + law(k, state)
         moved = advance(state, time, held, k, 0.0, H, p)
         positions = {axis: getattr(moved, axis) + 0.5 * H * H * a for axis, a in zip(AXES, d, strict=True)}
@@ -79,11 +79,11 @@ def noisy_log(parameters, voltages, seed, law=None, deviation=PROCESS_NOISE, nam
     return Log(name, 1.0 / H, voltages, read_encoders(simulate_pushed(parameters, voltages, torque, law)[1]))
 
 
-def changing_rig(seconds, after=TABLE_2, change=np.inf, seed=0, before=TABLE_2, front=1.0, lift=1.0):
+def changing_rig(seconds, after=TABLE_2, change=np.inf, seed=0, before=TABLE_2, lift=1.0):
     """Return rows (two voltages [V], three angles [rad]) of a rig in open loop that changes in flight.
 
-    At ``change`` [s] it gets the parameters ``after``, and its front rotor keeps the share ``front`` of its thrust;
-    ``lift``: factor on the motion of the sum of the voltages. The air has .012 rad/s^2.
+    At ``change`` [s] it gets the parameters ``after``; ``lift``: factor on the motion of the sum of the voltages. The
+    air has .012 rad/s^2.
     """
     rng, t = np.random.default_rng(seed), np.arange(round(seconds / H)) * H
     lines = np.array([0.07, 0.11, 0.19, 0.31, 0.5, 0.8])[:, None]
@@ -93,7 +93,7 @@ def changing_rig(seconds, after=TABLE_2, change=np.inf, seed=0, before=TABLE_2, 
     torque = process_noise(len(t), seed, 0.012)
 
     def changed(k):
-        return (after, front) if k * H >= change else (before, 1.0)
+        return after if k * H >= change else before
 
     _, angles = simulate_pushed(before, voltages, torque, changed=changed)
     counts = angles / COUNT + 0.25 * rng.standard_normal(angles.shape)

@@ -177,14 +177,15 @@ def test_a_change_is_noticed_named_measured_and_adopted(name):
     assert begin == getattr(TABLE_2, field) != end
 
 
-def test_a_rotor_that_lost_thrust_is_told_from_a_gain():
-    state, events, _, plan = follow(changing_rig(60.0, change=30.0, seed=5, front=0.8))
+@pytest.mark.parametrize("bend", [0.0, 0.3])
+def test_a_rotor_that_lost_thrust_is_told_from_a_gain_also_where_the_thrust_bends(bend):
+    gains = {field: getattr(TABLE_2, field) / (1.0 + 2.25 * bend) for field in ("k_x", "k_z", "k_y")}  # lift at 2.25 V
+    before = TABLE_2._replace(**gains, quadratic_thrust_rotors=bend)
+    rows = changing_rig(60.0, before._replace(share_front=0.8), change=30.0, seed=5, before=before)
+    state, events, _, _ = follow(rows, parameters=before)
     assert [event.name for event in events if event.what == "adopted"][:1] == ["rotor.front"]
-    front, rear = state.twin.values[-2:]
-    assert front == pytest.approx(0.8, abs=0.03) and rear == 1.0  # three standard errors
     p = following.parameters_in_use(state)[0]
-    assert p.k_x == pytest.approx(0.5 * (front + rear) * TABLE_2.k_x)
-    assert p.rotor_mismatch_pitch == pytest.approx(0.5 * (front - rear) * TABLE_2.k_x)
+    assert p.share_front == pytest.approx(0.8, abs=0.03) and p._replace(share_front=1.0) == before  # 3 standard errors
 
 
 @lru_cache(maxsize=1)

@@ -136,10 +136,8 @@ class FollowingPlant(HelicopterPlant):
     def advance(self, time: float, step_size: float) -> None:
         """Correct the state by the measured angles of ``time`` [s]; step the physics to ``time + step_size``."""
         self._update_parameters()
-        # the last two corrections are those of the rotors' shares
-        front, rear, pitch, elevation, travel, fresh, bandwidth = self.values[-2 - len(_OBSERVER_INPUTS) :]
-        memory, torque, limit = self.memory, self.torque, self.parameters.v_max
-        v_front, v_rear = map(observer.with_share, self.values[:2], (1.0 + front, 1.0 + rear), (limit, limit))
+        pitch, elevation, travel, fresh, bandwidth = self.values[-len(_OBSERVER_INPUTS) :]
+        memory, torque, (v_front, v_rear) = self.memory, self.torque, self.values[:2]
         if bandwidth > 0.0:
             gains = observer.observer_gains(bandwidth, step_size)
             if fresh > 0.5:

@@ -164,16 +164,6 @@ def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
 
 
 def parameters_in_use(state: CorrectorState) -> tuple[PlantParameters, dict[str, float]]:
-    """Return the plant's parameters in use, and the standard errors of the adopted ones by structured name.
-
-    Rotors with the shares f and r of their thrust have mu_d = f nu_f - r nu_r = a (nu_f - nu_r) + b (nu_f + nu_r) with
-    a = (f + r)/2, b = (f - r)/2. k_x becomes a k_x, and b k_x is added to the rotor mismatch of the pitch. k_z and k_y
-    become a k_z and a k_y; their part b (nu_f - nu_r) is neglected.
-    """
-    p, (front, rear) = state.twin.parameters, state.twin.values[-2:]
-    errors = {BY_FIELD[field].name: error for field, error in zip(FIELDS, state.errors, strict=False) if error > 0.0}
-    if front == 1.0 and rear == 1.0:
-        return p, errors
-    a, b = 0.5 * (front + rear), 0.5 * (front - rear)
-    gains = {"k_x": a * p.k_x, "k_z": a * p.k_z, "k_y": a * p.k_y}
-    return p._replace(**gains, rotor_mismatch_pitch=p.rotor_mismatch_pitch + b * p.k_x), errors
+    """Return the plant's parameters in use, and the standard errors of the adopted ones by structured name."""
+    pairs = zip(FIELDS, state.errors, strict=True)
+    return state.twin.parameters, {BY_FIELD[field].name: error for field, error in pairs if error > 0.0}

@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 from heli_plant.communication import PlantMemory, communicate, start_memory
 from heli_plant.laws import thrust_voltages
-from heli_plant.observer import Torque, correct_state, predict_state, with_share
+from heli_plant.observer import Torque, correct_state, predict_state
 from heli_plant.parameters import PlantParameters
 from heli_plant.plant import delayed_input
 from heli_plant.state import PlantState
@@ -46,12 +46,6 @@ Sensitivity = tuple[tuple[float, float, float], ...]
 _FAULT_PATH, _FAULT_PATH_NOISE, _DOUBT_PATH_NOISE = 7.5e-3, 8.0, 2.0
 """An encoder that stands still is at fault when the rig should have moved by more than the larger of two paths: [rad],
 five counts of 4096, and in standard deviations of the innovations [1]. It is doubtful from the third path on [1]."""
-
-
-def apply_shares(voltages: Voltages, twin: Twin) -> Voltages:
-    """Return the voltages [V] that give the thrust of rotors with the twin's shares."""
-    limit = twin.parameters.v_max
-    return with_share(voltages[0], twin.values[-2], limit), with_share(voltages[1], twin.values[-1], limit)
 
 
 class Observer(NamedTuple):
@@ -75,14 +69,12 @@ class Observer(NamedTuple):
         """Return the observer one sampling interval after ``time`` [s], and the voltages that arrived meanwhile [V].
 
         The new ``voltages`` [V] are held from then on. The correction by a sample, if there is one, comes afterwards.
-        The voltages that arrived are without the rotors' shares.
         """
         h, p, before, gains = plan.settings.sample_time, twin.parameters, self.memory.state, plan.steady[0].gains
-        arrived, (front, rear) = self.voltages, apply_shares(self.voltages, twin)
-        memory = communicate(self.memory, front, rear, 0.0, time, 0.0, h, h, plan.delay, p)
+        arrived = self.voltages
+        memory = communicate(self.memory, *arrived, 0.0, time, 0.0, h, h, plan.delay, p)
         if plan.delay > 0.0:
-            front, rear = delayed_input(memory.since, memory.held, len(memory.since) - 1, time, h, p)
-            arrived = (front / twin.values[-2], rear / twin.values[-1])
+            arrived = delayed_input(memory.since, memory.held, len(memory.since) - 1, time, h, p)
         state, torque = predict_state(memory.state, self.torque, h, gains)
         # accelerations per unit of each change, from the motion at the beginning of the step
         mu_diff, mu_sum = thrust_voltages(

@@ -58,7 +58,7 @@ class FollowPlan:
     def __init__(self, settings: FollowSettings) -> None:
         h, p, bandwidth = settings.sample_time, settings.parameters, settings.observer_bandwidth
         self.settings, self.changes, self.deviations = settings, list_changes(p), prior_deviations(p)
-        self.alone = Twin((*(getattr(p, field) for field in FIELDS), 1.0, 1.0), p)
+        self.alone = Twin(tuple(getattr(p, field) for field in FIELDS), p)
         self.no_sums = tuple([start_sums(len(row)) for row in self.deviations])
         self.steady = tuple([find_steady_state(factor * bandwidth, h) for factor in (1.0, 1.0, TRAVEL_BANDWIDTH)])
         self.delay = input_delay(p)
@@ -76,4 +76,4 @@ class FollowPlan:
 
     def build_twin(self, values: Vector) -> Twin:
         """Return the twin with these values in use."""
-        return Twin(values, self.settings.parameters._replace(**dict(zip(FIELDS, values, strict=False))))
+        return Twin(values, self.settings.parameters._replace(**dict(zip(FIELDS, values, strict=True))))

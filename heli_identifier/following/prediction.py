@@ -14,7 +14,7 @@ from heli_plant.state import PlantState
 
 from ..online.linear_algebra import total
 from .changes import Vector
-from .observer import Angles, Voltages, apply_shares
+from .observer import Angles, Voltages
 from .plan import FollowPlan, Twin
 
 WINDOWS = 3
@@ -70,8 +70,7 @@ class Predictions(NamedTuple):
         voltages = self.arrived[0] / plan.coarse, self.arrived[1] / plan.coarse
         moved = []
         for copies, twin in zip(self.copies, twins, strict=True):
-            front, rear = apply_shares(voltages, twin)
-            running = [step(state, front, rear, 0.0, time, length, twin.parameters) for state in copies.running]
+            running = [step(state, *voltages, 0.0, time, length, twin.parameters) for state in copies.running]
             moved.append(copies._replace(running=tuple(running)))
         return Predictions(tuple(moved))
 

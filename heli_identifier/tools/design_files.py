@@ -191,7 +191,8 @@ def corrected_values(parameters: ParameterSet, model: LinearModel, geometry: Geo
         return Estimate(factor * x.value, x.standard_error and abs(factor) * x.standard_error, "")
 
     J, lift, l_h, l_p = geometry.inertias, model.point.lift, geometry.l_h, geometry.l_p
-    K_1, K_2, travel = (parameters.values[f"{axis}.gain"] for axis in ("pitch", "elevation", "travel"))
+    share = 0.5 * (model.plant.share_front + model.plant.share_rear)
+    K_1, K_2, travel = (times(parameters.values[f"{axis}.gain"], share) for axis in ("pitch", "elevation", "travel"))
     values = {"K_1": K_1, "K_2": K_2, "K_3": times(travel, lift), "V_s0": Estimate(lift, None, "V")}
     if J is None or l_h is None or l_p is None:
         return values
