@@ -180,8 +180,9 @@ def flight(half: int, seed: int, kind: str) -> list[Row]:
         was, is_ = rig.coefficients, stages[-1].coefficients
         same = {name: getattr(values, name) * getattr(is_, name) / getattr(was, name) for name in GAINS}
         same |= {name: getattr(is_, name) for name in FRICTIONS} | {"a_1": values.a_1 + is_.a_1 - was.a_1}
+        same |= dict(zip(FIELDS[-2:], stages[-1].shares, strict=True))
         p = values._replace(cable_stiffness_travel=is_.cable_stiffness, **same)
-        row["told"] = error_with_values(begin, last, (*(getattr(p, field) for field in FIELDS[:-2]), *stages[-1].shares))
+        row["told"] = error_with_values(begin, last, tuple(getattr(p, field) for field in FIELDS))
     for event, before in adoptions:
         begin, last = event.time + 2.0, event.time + 62.0
         old = rms(errors, begin, last, ALONE)

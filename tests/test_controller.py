@@ -109,6 +109,10 @@ def test_a_robust_design_that_the_identified_plant_cannot_stand_is_passed_over()
     aim = replace(AIM, weights=replace(AIM.weights, voltage=0.003))
     made = design_controller(known, "lqi", "pitch", 0.1, aim=aim, draws=1)
     assert made.baseline.is_stable and made.robust.is_stable
+    # an arm that bends by 4 mrad/V shakes the design by the weights, not the robust one, which is delivered
+    bent = parameter_set(plant=TABLE_2._replace(arm_bending_elevation=4e-3))
+    made = design_controller(bent, "lqi", "pitch", 0.1, draws=5)
+    assert not made.baseline.is_stable and made.robust.is_stable and made.flown == made.robust.settings
 
 
 def test_what_is_promised_is_kept_by_95_percent_of_the_plants_at_once():

@@ -63,6 +63,9 @@ def test_an_experiment_beyond_the_limits_is_not_proposed_in_open_or_closed_loop_
     for limit in (0.5, 2.0):
         found = [np.abs(one.voltages(1.0)).max() for one in experiment.list_proposals(limit, PLANT)]
         assert 9 <= len(found) and max(found) <= limit
+    hovering = PLANT._replace(a_1=1.1, a_e=0.05, k_z=0.157)  # at 3.5 V; any other base voltage lifts it by a radian
+    names = [one.name for one in experiment.list_proposals(5.0, hovering)]
+    assert sum("base 3.5 V" in name for name in names) == 27
     limits = Limits(pitch=0.2, elevation=0.06)
     outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 20.0, limits, lambda what, share: None)
     assert outlooks

@@ -343,6 +343,11 @@ def test_an_encoder_that_stands_still_while_the_rig_moves_is_said_once_however_l
     assert following.parameters_in_use(state)[0] == TABLE_2
 
 
+def test_an_axis_that_is_locked_from_the_start_stops_no_correction():
+    """The twin predicts that its travel turns, at a rate that the encoder has never shown."""
+    assert "suspended" not in {state.mode for state in follow([[*row[:4], 0.5] for row in quiet_rows(7)[500:1500]])[2]}
+
+
 def test_an_encoder_that_moves_again_does_not_count_until_the_observer_has_settled_and_one_that_stands_is_doubted():
     encoder, counted = Encoder(0.0), []
     for _ in range(PLAN.stuck):

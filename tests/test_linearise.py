@@ -143,6 +143,9 @@ def test_the_retuned_pid_is_better_keeps_its_margins_everywhere_and_makes_no_mor
     model = linear_model(AFTER)
     others = [linear_model(plant) for plant in margins.draw_plants(parameters, 8)]
     new = retune_pid(model, PID, others)
+    off = AxisGains(0.0, 0.0, 0.0)  # heli.toml need not state every loop, nor all gains of one
+    from_less = retune_pid(model, PID._replace(pitch=off, elevation=PID.elevation._replace(derivative=0.0)))
+    assert margins.is_stable(margins.close_loop(model, from_less))
     assert new.trim == model.point.lift
     assert new.travel == PID.travel
     for loop, axis in enumerate(("pitch", "elevation")):

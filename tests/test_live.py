@@ -18,6 +18,7 @@ from rich.console import Console
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.live import USUAL_LAYOUT, Datagram, Port, read_layout
+from heli_identifier.live.align import Grid
 from heli_identifier.live.datagrams import encode
 from heli_identifier.live.listening import Listening
 from heli_identifier.live.page import serve_page
@@ -152,10 +153,11 @@ UNNUMBERED = USUAL_LAYOUT.partition(" ")[2]
         (USUAL_LAYOUT, lambda k: 1.7e12 + 10.0 * k, None, 0.0, "counts milliseconds"),
         (USUAL_LAYOUT, lambda k: 5.0, 100.0, 0.0, "stands still or steps back"),
         (USUAL_LAYOUT, lambda k: 10.0 + k * H - (0.4 if k > 60 else 0.0), None, 0.0, "stands still or steps back"),
+        (USUAL_LAYOUT, lambda k: k * H // 0.0156 * 0.0156, 100.0, 0.0, "stands still or steps back"),
         (UNNUMBERED.partition(" ")[2], lambda k: 0.0, 100.0, 0.0, ""),
         *((layout, lambda k: 5.0, None, H, "the rate is taken for {:g} Hz") for layout in (USUAL_LAYOUT, UNNUMBERED)),
     ],
-    ids=["milliseconds since 1970", "stuck", "stepping back", "no time", "stuck, no rate", "stuck, no rate, no number"],
+    ids=["milliseconds since 1970", "stuck", "stepping back", "coarse", "no time", "no rate", "no rate, no number"],
 )
 def test_a_rigs_clock_that_lies_or_is_not_there_loses_no_sample_and_is_said(
     layout, clock, rate, pause, note, monkeypatch
@@ -168,6 +170,11 @@ def test_a_rigs_clock_that_lies_or_is_not_there_loses_no_sample_and_is_said(
     assert [row[0] for row in rows] == pytest.approx([k / listening.rate for k in range(120)], abs=1e-3)
     assert pause or listening.rate == 100.0
     assert note.format(listening.rate) in "; ".join(listening.status.notes) in listening.status.line
+
+
+def test_numbers_count_the_instants_of_a_rig_whose_rate_is_not_quite_the_assumed_one():
+    grid = Grid(H, Datagram(0, 0.0, (0.0,) * 5))  # 1.6 s in 200 s are no damaged numbers
+    assert [grid.place(Datagram(k, k / 99.2, (0.0,) * 5)) for k in range(20_000)] == [*range(20_000)]
 
 
 @pytest.mark.parametrize("count, rate", [(1, None), (5, 100.0), (30, None)])

@@ -202,3 +202,5 @@ def test_integral_stops_where_it_would_push_beyond_the_limit_and_runs_where_it_l
     outward, inward = (pid_step(clipped, 0.0, 0.2, travel, LEVEL, H, eager)[0] for travel in (0.1, -0.1))
     assert outward.integral_travel == 3.0
     assert inward.integral_travel == pytest.approx(3.0 - H * 0.1)
+    mirrored = eager._replace(travel=AxisGains(-1.0, -1.0, 0.0))  # of a rig with k_y > 0
+    assert pid_step(clipped, 0.0, 0.2, 0.1, LEVEL, H, mirrored)[0].integral_travel == 3.0

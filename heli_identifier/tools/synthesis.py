@@ -74,9 +74,9 @@ def _tune_loop(
     """Return the PID with new gains of one loop; the loop of the travel acts through that of the pitch."""
     axis, tau, channel = AXES[loop], settings.rate_time_constant, loop % len(margins.LOOPS)
     present: AxisGains = getattr(settings, axis)
-    if present.proportional + present.derivative <= 0.0:  # the loop is not flown
+    if min(present.proportional, present.derivative) <= 0.0:  # it holds no axis: its noise is no bound
         present = getattr(PidSettings(), axis)
-    present = AxisGains(*(max(gain, 1e-3) for gain in present))  # their logarithms move
+    present = present._replace(integral=max(present.integral, 1e-3))
     noise_gain = present.proportional + present.derivative / tau
 
     def with_gains(gains: list[float]) -> PidSettings:
