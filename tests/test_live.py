@@ -153,11 +153,14 @@ UNNUMBERED = USUAL_LAYOUT.partition(" ")[2]
         (USUAL_LAYOUT, lambda k: 1.7e12 + 10.0 * k, None, 0.0, "counts milliseconds"),
         (USUAL_LAYOUT, lambda k: 5.0, 100.0, 0.0, "stands still or steps back"),
         (USUAL_LAYOUT, lambda k: 10.0 + k * H - (0.4 if k > 60 else 0.0), None, 0.0, "stands still or steps back"),
-        (USUAL_LAYOUT, lambda k: k * H // 0.0156 * 0.0156, 100.0, 0.0, "stands still or steps back"),
+        *((USUAL_LAYOUT, lambda k: k * H // 0.0156 * 0.0156, *more) for more in (
+            (100.0, 0.0, "stands still or steps back"), (None, H, "the rate is taken for {:g} Hz"),
+        )),
         (UNNUMBERED.partition(" ")[2], lambda k: 0.0, 100.0, 0.0, ""),
         *((layout, lambda k: 5.0, None, H, "the rate is taken for {:g} Hz") for layout in (USUAL_LAYOUT, UNNUMBERED)),
     ],
-    ids=["milliseconds since 1970", "stuck", "stepping back", "coarse", "no time", "no rate", "no rate, no number"],
+    ids=["milliseconds since 1970", "stuck", "stepping back", "coarse", "coarse, no rate", "no time",
+         "stuck, no rate", "stuck, no rate, no number"],  # fmt: skip
 )
 def test_a_rigs_clock_that_lies_or_is_not_there_loses_no_sample_and_is_said(
     layout, clock, rate, pause, note, monkeypatch

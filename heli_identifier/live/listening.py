@@ -30,7 +30,7 @@ RATES = (50.0, 2000.0)
 WAIT = 0.05
 """The longest that a caller waits for the next instant or for None [s]."""
 
-_ENOUGH, _ENOUGH_STUCK = 10, 50  # samples from which clock and rate are found; the same if the clock stands still
+_ENOUGH, _ENOUGH_STUCK = 10, 50  # samples from which clock and rate are found; if the clock does not tell them apart
 _USUAL_RATES = (50.0, 100.0, 125.0, 200.0, 250.0, 400.0, 500.0, 1000.0, 2000.0)  # [Hz]
 _SHORTEST_STEP = 1e-100  # [s] a shorter step has no rate
 _LARGEST_PACE = 0.03  # time by this computer over time by the rig's clock; more is no clock in milliseconds
@@ -66,7 +66,7 @@ class RigClock:
         times = sorted([time for _, time in distinct if not isnan(time)])
         (first, begin), (last, end) = samples[0], samples[-1]
         self.notes: list[str] = []
-        self.unit, moves = find_unit(times, end - begin), len(set(times)) > 1
+        self.unit, moves = find_unit(times, end - begin), clock_moves([one for one, _ in samples])
         if self.unit in _CLOCKS:
             self.notes.append(f"the rig's clock counts {_CLOCKS[self.unit]}, which are read as such")
         if rate is None and moves:
@@ -179,7 +179,7 @@ class Listening:
                     self.order.restart()
                 self.elections, self.clock, self.unread = self.port.elections, None, []
             self.unread.append((datagram, self.heard_at))
-        moves = len({datagram.time for datagram, _ in self.unread}) > 1
+        moves = clock_moves([datagram for datagram, _ in self.unread])
         self._sort(_ENOUGH if moves or self.rate else _ENOUGH_STUCK)
         if self.clock is not None:
             _check_rate(self.clock.rate)
@@ -235,6 +235,12 @@ class Listening:
         if count > 0:
             self.grid.tick, self.grid.silent = due, True
         return [self.last._replace(fresh=0.0)] * count
+
+
+def clock_moves(datagrams: list[Datagram]) -> bool:
+    """Return whether the rig's clock tells all samples apart; one that does not says little about their rate."""
+    distinct = {(one.number, one.time) for one in datagrams if not isnan(one.time)}
+    return len({time for _, time in distinct}) == len(distinct) > 1
 
 
 def find_rate(times: list[float]) -> float:
