@@ -348,6 +348,16 @@ def test_an_axis_that_is_locked_from_the_start_stops_no_correction():
     assert "suspended" not in {state.mode for state in follow([[*row[:4], 0.5] for row in quiet_rows(7)[500:1500]])[2]}
 
 
+def test_an_axis_that_turns_within_a_count_is_not_taken_for_a_stuck_encoder():
+    """It goes up and down by a count's height in the time in which its first rate, here seen late, makes four counts."""
+    for acceleration in (0.005, 0.02, 0.1):  # [rad/s^2]
+        encoder = Encoder(-1.0)
+        for t in np.arange(-3.0, 3.0, H):
+            angle = COUNT * np.round(0.49 - 0.5 * acceleration * t * t / COUNT)
+            encoder = encoder.read(angle, -1.5 * acceleration * t, PLAN)
+            assert not encoder.is_at_fault(0.0, PLAN)
+
+
 def test_an_encoder_that_moves_again_does_not_count_until_the_observer_has_settled_and_one_that_stands_is_doubted():
     encoder, counted = Encoder(0.0), []
     for _ in range(PLAN.stuck):

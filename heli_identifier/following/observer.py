@@ -15,9 +15,11 @@ so that e = delta psi + white noise for a change of size delta along g. psi is k
 
 and the gain of the next sample follows from the covariance (:mod:`.covariance`).
 
-**Encoders.** An encoder stands at one count wherever an axis turns back or rests. It is at fault if the rig, at the
-rate that it had when the encoder stopped, would have moved by more than five counts and the noise since. As this shows
-only after a while, an encoder that stands for half a second is ignored until the observer has settled again.
+**Encoders.** An encoder stands at one count wherever an axis turns back or rests. An axis that turns within a count
+would, at the rate with which it came to this count, have moved by up to four counts meanwhile, whatever it is slowed
+by; and the observer's rate is late. So an encoder is at fault if the rig, at the rate that it had when the encoder
+stopped, would have moved by more than ten counts and the noise since. As this shows only after a while, an encoder that
+stands for half a second is ignored until the observer has settled again.
 """
 
 from math import cos, sqrt
@@ -43,9 +45,9 @@ Voltages = tuple[float, float]
 Sensitivity = tuple[tuple[float, float, float], ...]
 """(x, w, d) of each regressor of an axis: errors of angle [rad], rate [rad/s] and torque [rad/s^2] per unit."""
 
-_FAULT_PATH, _FAULT_PATH_NOISE, _DOUBT_PATH_NOISE = 7.5e-3, 8.0, 2.0
+_FAULT_PATH, _FAULT_PATH_NOISE, _DOUBT_PATH_NOISE = 15e-3, 8.0, 2.0
 """An encoder that stands still is at fault when the rig should have moved by more than the larger of two paths: [rad],
-five counts of 4096, and in standard deviations of the innovations [1]. It is doubtful from the third path on [1]."""
+ten counts of 4096, and in standard deviations of the innovations [1]. It is doubtful from the third path on [1]."""
 
 
 class Observer(NamedTuple):
