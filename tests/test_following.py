@@ -349,7 +349,7 @@ def test_an_axis_that_is_locked_from_the_start_stops_no_correction():
 
 
 def test_an_axis_that_turns_within_a_count_is_not_taken_for_a_stuck_encoder():
-    """It goes up and down by a count's height in the time in which its first rate, here seen late, makes four counts."""
+    """Its first rate, which the observer here sees a half too large, makes four counts in the time that it takes."""
     for acceleration in (0.005, 0.02, 0.1):  # [rad/s^2]
         encoder = Encoder(-1.0)
         for t in np.arange(-3.0, 3.0, H):
