@@ -1,6 +1,7 @@
 """A diagnosis of measured data: the identified plant, and its comparison with the model before on held-out logs."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, replace
 from math import inf, sqrt
 from time import perf_counter
@@ -70,13 +71,16 @@ def diagnose(
         held out, two logs share samples, or a log is too short.
     """
     start = perf_counter()
-    training, unseen = read_logs(logs), read_logs(held_out)
+    training = read_logs(logs)
+    together = read_logs((*training, *read_logs(held_out)))  # no two have one name
+    training, unseen = together[: len(training)], together[len(training) :]
     rig_of_logs = common_configuration(training)
     settings = settings or (DiagnosisSettings.from_rig(rig_of_logs) if rig_of_logs else DiagnosisSettings())
     training, unseen, data_notes = _check_logs(training, unseen)
     identified = identify_plant(training, settings, unseen, progress)
     after, null, rig = identified.plant, identified.selection.null, identified.plant.likelihood.rig
-    before = fit(null.likelihood, [n for n in null.fields if n != LAG_FIELD], null, {LAG_FIELD: 0.0})
+    mended = null.likelihood.undo_faults(after.likelihood.faults)  # else they would be effects that "after" has
+    before = fit(mended, [n for n in null.fields if n != LAG_FIELD], null, {LAG_FIELD: 0.0})
     effects, possible = identified.effects
     faults = log_faults(identified.selection, identified.defects)
     if progress:
@@ -87,8 +91,10 @@ def diagnose(
     )
     plant, ahead = _delivered_plant(after, effects), dict[str, float]()
     if references.closed_loop:
-        for _, axis, error in errors_ahead(plant, (*identified.logs, *identified.held_out), "ahead_200ms"):
-            ahead[axis] = max(error.value, ahead.get(axis, 0.0))
+        for log in (*identified.logs, *identified.held_out):
+            with suppress(LogError):  # no passage of this log is long enough
+                for _, axis, error in errors_ahead(plant, [log], "ahead_200ms"):
+                    ahead[axis] = max(error.value, ahead.get(axis, 0.0))
     chi2 = {
         name: _judge_plant(identified.instruments, after.likelihood.records, fitted)
         for name, fitted in (("before", before), ("after", after))
@@ -97,7 +103,7 @@ def diagnose(
     in_plant = {(effect.name, effect.axis) for effect in (*effects, *possible) if effect.in_plant}
     effect_fields = {effect.field for effect in rig.effects if (effect.name, effect.axis) in in_plant}
     labels, matrix = correlation(identified.selection, [effect.field for effect in rig.effects])
-    slopes = np.array([after.slope(name) for name in after.fields])
+    slopes = np.array([after.slope(c.field) * (c.sign or 1.0) for c in after.coordinates if c.fault is None])
     C_slopes = slopes[:, None] * C * slopes
     return Diagnosis(
         verdict=_rig_verdict(effects),

@@ -142,7 +142,7 @@ class HeldOutSeries:
     """One held-out log and what the models before and after make of it."""
 
     log: Log
-    """As it was read."""
+    """As it was read, with faults undone."""
     free_run_before: Array
     """Shape (N, 3): angles [rad], simulated from ``start`` under the voltages."""
     free_run_after: Array

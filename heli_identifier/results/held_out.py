@@ -32,6 +32,7 @@ import numpy as np
 from scipy.signal import correlate
 from scipy.special import chdtrc
 
+from heli_identifier.chain import undo_faults
 from heli_identifier.records import Event, Log
 from heli_identifier.results.bootstrap import bootstrap, change_figures, rms_figures
 from heli_identifier.results.diagnosis import AxisError, AxisReport, ErrorFigure, HeldOutLikelihood, HeldOutSeries, Use
@@ -83,8 +84,10 @@ def compare(
         No passage is long enough for a prediction over two seconds.
     """
     rig, records = after.likelihood.rig, _records(before, after, logs)
-    starts = [rig.initial_state(log.angles, log.voltages, log.step) for log in logs]
-    first, second = (_HeldOutRuns.of(Model.of(fitted), records, logs, starts) for fitted in (before, after))
+    signals = (undo_faults(after.likelihood.faults, log.voltages, log.angles, log.step) for log in logs)
+    mended = [replace(log, voltages=v, angles=y) for log, (v, y) in zip(logs, signals, strict=True)]
+    starts = [rig.initial_state(log.angles, log.voltages, log.step) for log in mended]
+    first, second = (_HeldOutRuns.of(Model.of(fitted), records, mended, starts) for fitted in (before, after))
     models, judged = {"before": first, "after": second}, "ahead_200ms" if closed_loop else "prediction_1s"
     angle_changes = [run.measured(0.2) - run.record.angles[run.at] for run in second.runs]
     angle_stays_200ms = rms_figures(angle_changes, SPACING, _NAMES["ahead_200ms"])
@@ -119,7 +122,7 @@ def compare(
             {name: _join_stretches(records[i], *of_model[i]) for name, of_model in stretches.items() if i in of_model},
             length,
         )
-        for i, log in enumerate(logs)
+        for i, log in enumerate(mended)
     )  # fmt: skip
     return axes, _likelihood(first, second), series
 

@@ -195,7 +195,7 @@ class Run:
     def errors(self) -> dict[str, Array]:
         """Return the errors (S, a) [rad] of the figures; not a number if the passage ends before."""
         K, rig = self.gains.copy(), self.model.rig
-        K[:, :4] = 0.0  # the air decays, and no innovation corrects the state
+        K[:, [0, 1, 2, 3, 8]] = 0.0  # no innovation corrects the state; the air and the encoder's error decay
         states = [state for _, _, state in self.starts]
         placed = [rig.state_in_motion(state, motion) for state, motion in zip(states, self.motion, strict=True)]
         # the filter's state before a sample is predicted from the sample before it: one step less is left
@@ -276,4 +276,4 @@ def simulate_record(run: Run, seed: int = 0) -> Run | None:
         angles[k : k + count] = -minus_angles[:count]
         passages.append((k, k + count, state))
     simulated = replace(record, angles=angles + noise)
-    return Run(model, simulated, simulated, run.offset, run.torque, passages) if passages else None
+    return Run(model, simulated, simulated, run.offset, run.offset, passages) if passages else None

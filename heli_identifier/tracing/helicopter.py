@@ -341,7 +341,7 @@ class Rig:
         gain that is wrong because of it.
         """
         terms = [(*moving, late) for moving, late in zip(equation_terms(parameters.theta0), LATE, strict=True)]
-        off = dict.fromkeys((law.field for law in CATALOGUE if law.field not in self.base), 0.0)
+        off = dict.fromkeys((law.field for law in CATALOGUE if law.field != LAG_FIELD), 0.0)
         bare = self.assign(parameters, off | {f"table_variable_{axis}": 0.0 for axis in AXES})
         known = [whole - without for whole, without in (self.plant_accelerations(r, parameters, bare) for r in records)]
         return [
@@ -366,7 +366,7 @@ def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -
         }
     )  # fmt: skip
     return Rig(
-        tuple(field for field in BASE if field not in settings.given) + tuple(given), parameters,
+        (*(field for field in BASE if field not in settings.given | given.keys()), *given), parameters,
         2.0 * pi / np.array(settings.counts, dtype=float),
         tuple(_effect(law, lowest, settings) for law in CATALOGUE if law.field not in given),
         float(np.median(np.abs(voltages))), given | settings.geometry.priors(),

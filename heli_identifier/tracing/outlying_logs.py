@@ -189,8 +189,9 @@ def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
     records = [record_of(log, rig) for log in logs]
     as_read = [_misfit(fitted, record) for record in records]
     scales = np.array([np.nanmedian(sigma / fitted.sigma) for _, sigma in as_read])
-    usual = float(np.median(scales))
     for log, record, (F, _), scale in zip(logs, records, as_read, scales, strict=True):
+        alike = [other.rate_hz == log.rate_hz for other in logs]  # an average over 10 ms has less noise
+        usual = float(np.median(scales[alike]))
         if mirror := _mirrored(fitted, record, F):
             notes.append(f"the log {log.name} does not belong to the others: it fits with {mirror[0]}")
         elif scale > ALIEN * usual:
