@@ -140,6 +140,9 @@ def test_a_parameter_that_a_unit_does_not_have_or_take_is_named(ran):
         ("plant.pitch.gian", 1.0, "plant has no variable 'pitch.gian'; did you mean 'pitch.gain'"),
         ("plant.v_front", 1.0, "plant.v_front is not a parameter; its causality is input"),
         ("plant.pitch.gain", float("nan"), "plant.set pitch.gain at t = 0 s.*pitch.gain = nan"),
+        ("plant.pitch.gain", None, "plant.pitch.gain = None must be a number"),
+        ("plant.encoder.enabled", 2, "plant.encoder.enabled = 2 must be true or false"),
+        ("exciter.multisine.seed", 2**32 + 5, "seed = 4294967301 must be a whole number of 32 bits"),
     ):
         with pytest.raises(MasterError, match=said):
             ran("open_loop", 0.1, H, {name: value})
