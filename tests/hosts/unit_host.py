@@ -32,17 +32,17 @@ class Unit:
         self.slave = instantiate_fmu(self.folder, self.description, self.kind, debug_logging=True, logger=logger)
         return self
 
-    def start(self, parameters=None):
+    def start(self, parameters=None, begin=0.0):
         if not self.is_third:
-            self.slave.setupExperiment(startTime=0.0)
+            self.slave.setupExperiment(startTime=begin)
         for name, value in (parameters or {}).items():
             self.set(name, value)
-        self.slave.enterInitializationMode(**{"startTime": 0.0} if self.is_third else {})
+        self.slave.enterInitializationMode(**{"startTime": begin} if self.is_third else {})
         self.slave.exitInitializationMode()
         return self
 
-    def fresh(self, parameters=None):
-        return self.instantiate().start(parameters)
+    def fresh(self, parameters=None, begin=0.0):
+        return self.instantiate().start(parameters, begin)
 
     def set(self, name, value):
         variable = self.variables[name]
