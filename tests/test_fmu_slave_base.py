@@ -1,8 +1,6 @@
-"""The common base of the units, driven as the binary drives it, without a binary.
-
-Steps and values that are refused, and what is said then, are compared with the units in C call by call: by the random
-calls of :mod:`tests.test_fmu_lifecycle`. Here is what no random call reaches.
-"""
+"""The common base of the units, driven as the binary drives it, without a binary. Steps and values that are refused,
+and what is said then, are compared with the units in C call by call: by the random calls of
+:mod:`tests.test_fmu_lifecycle`. Here is what no random call reaches."""
 
 import json
 import math
@@ -79,7 +77,8 @@ def test_an_exception_in_a_step_is_logged_with_its_traceback_and_refused_and_so_
     unit.set_real([U], [1.0])
     assert unit.do_step(0.0, 0.1) and not unit.do_step(7.0, 0.1) and not unit.do_step(8.25, 0.1)
     printed = capsys.readouterr().err  # for hosts that show no log, and each reason once
-    assert [printed.count(f"Integrator.doStep: {what}") for what in ("Zero", "the step from", "the step begins")] == [1] * 3
+    for reason in ("ZeroDivisionError", "the step from t", "the step begins"):
+        assert printed.count(f"Integrator.doStep: {reason}") == 1
 
 
 @pytest.mark.parametrize("reference", [-1, ORDER, NOTE, 99])

@@ -47,10 +47,8 @@ def simulated(path, kind, parameters, **settings):
 
 
 def reference(parameters):
-    """Outputs at k 10 ms by Runge and Kutta's fourth order, which test_plant.py holds to scipy's eighth.
-
-    The arm's bending has the fastest rate, 19 1/s: over 4 s steps of .1 ms err by 4 19 (19e-4)^4 / 120 = 1e-11.
-    """
+    """Outputs at k 10 ms by Runge and Kutta's fourth order, which test_plant.py holds to scipy's eighth. The arm's
+    bending has the fastest rate, 19 1/s: over 4 s steps of .1 ms err by 4 19 (19e-4)^4 / 120 = 1e-11."""
     p, states = from_names(parameters), [start_state(0.2, -0.1, 0.0, 1.0, 1.0)]
     pieces = [(40_000, p)]
     if p.moving_mass_elevation:  # no step of the method goes across that of a law

@@ -37,10 +37,10 @@ FEEDBACK = {
 
 
 def order(parameters, inputs, steps, shortest=0.001, longest=0.01):
-    return {"parameters": parameters, "inputs": inputs, "steps": steps, "seed": 3, "shortest": shortest,
-            "longest": longest}  # fmt: skip
+    return dict(parameters=parameters, inputs=inputs, steps=steps, seed=3, shortest=shortest, longest=longest)
 
 
+FLOWN = {**ANGLES, "excitation_front": [-1.0, 1.0], "reference.travel": [-0.3, 0.3]}
 ORDERS = {
     "HelicopterPlant": [
         order(parameters, {**VOLTAGES, "mass_position": [-0.2, 0.2]}, 600, 2e-4, 0.03)
@@ -64,18 +64,15 @@ ORDERS = {
         )
     ],
     "PidController": [
-        order(parameters, {**ANGLES, "excitation_front": [-1.0, 1.0], "reference.travel": [-0.3, 0.3]}, 1000)
+        order(parameters, FLOWN, 1000)
         for parameters in (
             {},
             {"travel.enabled": True, "reference.step_pitch": 0.2, "reference.step_time": 2.0, "voltage_limit": 3.0},
         )
     ],
     "StateFeedback": [
-        order(parameters, {**ANGLES, "excitation_front": [-1.0, 1.0], "reference.travel": [-0.3, 0.3]}, 1000)
-        for parameters in (
-            {"sample.time": 0.1, **FEEDBACK},
-            {"sample.time": 0.1, **FEEDBACK, "travel.enabled": True, "sample.delay": 3, "voltage_limit": 3.0},
-        )
+        order({"sample.time": 0.1, **FEEDBACK, **more}, FLOWN, 1000)
+        for more in ({}, {"travel.enabled": True, "sample.delay": 3, "voltage_limit": 3.0})
     ],
     "Exciter": [
         order({"excitation.experiment": kind, "excitation.channel": k, "multisine.seed": 77}, {}, 400, longest=0.1)

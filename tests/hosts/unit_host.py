@@ -1,7 +1,5 @@
-"""A small FMI host for the tests: names instead of references, statuses instead of exceptions, the log kept.
-
-It runs in a process of its own, which ends by ``answer``: pythonfmu's binary may abort at interpreter exit.
-"""
+"""A small FMI host for the tests: names instead of references, statuses instead of exceptions, the log kept. It runs in
+a process of its own, which ends by ``answer``: pythonfmu's binary may abort at interpreter exit."""
 
 import json
 import os
