@@ -2,6 +2,7 @@
 
 * No exception leaves a callback: pythonfmu returns fmi2Fatal for it, and after the second one the next call is a
   segmentation fault. Every exception is caught and logged with its text, and a step is refused with fmi2Discard.
+  The reason of a refused step is also written to the error stream, once for each kind.
 * NaN, infinities and values out of range are refused. ``fmi2SetReal`` of a pythonfmu unit can only return fmi2OK or
   fmi2Fatal; therefore a bad value is logged and ignored, and steps are refused until the variable has a good value.
 * Parameters are read when the initialisation ends. A fixed parameter that is set later is logged and ignored. Outputs
@@ -19,8 +20,10 @@ are read by position, because that is fast, parameters by name; the outputs are 
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from math import isfinite
 from traceback import format_exc
 from typing import Any, ClassVar
@@ -97,6 +100,7 @@ class SlaveBase(Fmi2Slave):
         for variable in self.variables:
             start, kind = self.start_values.get(variable.name, variable.start), TYPES[variable.type]
             self.values.append(kind() if start is None else kind(start))
+        self.written: set[str] = set()  # kinds of refused steps whose reason was written to the error stream
         self.refused: dict[int, str] = {}  # reason by reference, until the variable has a good value
         self._initialised_with: list[Any] | None = None
         self._enter_phase(INSTANTIATED)
@@ -288,11 +292,19 @@ class SlaveBase(Fmi2Slave):
     # Messages to the host
 
     def report(self, call: str, problem: BaseException) -> None:
-        """Log a problem in ``call``: a refusal of the project by its text, any other exception with its traceback."""
-        if isinstance(problem, (Refusal, IdentifierError, PlantError)):
-            self.log(f"{call}: {problem}", Fmi2Status.discard)
-        else:
-            self.log(f"{call}: {type(problem).__name__}: {problem}\n{format_exc()}", Fmi2Status.error)
+        """Log a problem in ``call``: a refusal of the project by its text, any other exception with its traceback.
+
+        Some hosts take a refused step for the end of the run and show no log: its reason also goes to the error stream.
+        """
+        text, status = f"{call}: {problem}", Fmi2Status.discard
+        if not isinstance(problem, (Refusal, IdentifierError, PlantError)):
+            text, status = f"{call}: {type(problem).__name__}: {problem}\n{format_exc()}", Fmi2Status.error
+        self.log(text, status)
+        kind = re.sub(r"[-+.e\d]+", "", text)  # without its numbers: a host may try one step after the other
+        if call == "doStep" and kind not in self.written:
+            self.written.add(kind)
+            with suppress(Exception):  # a host may have no error stream
+                sys.stderr.write(f"{type(self).__name__}.{text}\n")
 
     def log(self, msg: str, status: Fmi2Status = Fmi2Status.ok, category: str | None = None, debug: Any = None) -> None:
         """Queue a message for the host, which reads it as a printf format and as UTF-8."""

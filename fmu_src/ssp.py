@@ -2,7 +2,8 @@
 
 An .ssp contains structure, units and their parameter sets. The system is flat and has no connectors itself, because
 libcosimpy and Ecos import nothing else. A component lists its outputs and its connected inputs only, because fmpy.ssp
-feeds an unconnected listed input from the connector before it. An .ssv contains the parameters of one unit.
+feeds an unconnected listed input from the connector before it. An .ssv contains the parameters of one unit; if its FMU
+is given, only those that are set.
 """
 
 from __future__ import annotations
@@ -25,11 +26,11 @@ for _prefix, _part in {"ssc": "Common", "ssd": "Description", "ssv": "ParameterV
     register_namespace(_prefix, f"http://ssp-standard.org/SSP1/SystemStructure{_part}")
 
 
-def parameter_set(unit: type[SlaveBase], parameters: Mapping[str, Value]) -> bytes:
-    """Return ``<ssv:ParameterSet>`` with all parameters of a unit; the others have their start values."""
+def parameter_set(unit: type[SlaveBase], parameters: Mapping[str, Value], is_complete: bool = True) -> bytes:
+    """Return ``<ssv:ParameterSet>`` with these parameters of a unit, if complete also with others at start values."""
     variables = variables_of(unit, check_start_values(unit, parameters))
-    all_parameters = [variable for variable in variables if variable.causality == "parameter"]
-    return render_xml("ParameterSet.ssv", parameters=all_parameters, units=base_units(v.unit for v in all_parameters))
+    held = [v for v in variables if v.causality == "parameter" and (is_complete or v.name in parameters)]
+    return render_xml("ParameterSet.ssv", parameters=held, units=base_units(v.unit for v in held))
 
 
 def write_ssp(
@@ -64,7 +65,8 @@ def write_ssp(
     by_unit = wiring.parameters_by_unit(parameters or {})
     entries = {"SystemStructure.ssd": system_structure(wiring, duration)}
     for name, kind in wiring.units:
-        entries[f"resources/{name}.ssv"] = parameter_set(unit_class(kind), by_unit[name])
+        is_complete = name not in (fmus or {})  # a given FMU keeps its own start values, as those of a corrected plant
+        entries[f"resources/{name}.ssv"] = parameter_set(unit_class(kind), by_unit[name], is_complete)
     with draft_folder() as folder:
         for name, file in wiring.unit_files(fmus or {}, folder, native).items():
             entries[f"resources/{name}.fmu"] = file.read_bytes()

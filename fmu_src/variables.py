@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from functools import reduce
+from numbers import Real
 from sys import float_info
 from typing import Any, NamedTuple, Union
 
@@ -114,13 +115,14 @@ def with_fields(defaults: Any, values: Mapping[str, Any]) -> Any:
     return defaults._replace(**new) if hasattr(defaults, "_fields") else replace(defaults, **new)
 
 
-def problem_with(variable: Variable, value: object) -> str | None:
+def problem_with(variable: Variable, value: Any) -> str | None:
     """Return what is wrong with ``value`` for ``variable`` (name, value, bounds, unit), or None if it is good."""
     if variable.type in ("Real", "Integer"):
         low, high = variable.minimum, variable.maximum
         unit = f" {variable.unit}" if variable.unit not in (None, "1") else ""
         bounds, is_whole = f"in [{low:.6g}, {high:.6g}]{unit}", variable.type == "Integer"
-        if not isinstance(value, (int, float)) or (is_whole and low <= value <= high and value != int(value)):
+        is_number = isinstance(value, Real)  # also one of NumPy
+        if not is_number or (is_whole and low <= value <= high and value != int(value)):
             return f"{variable.name} = {value!r} must be a {'whole ' if is_whole else ''}number {bounds}"
         if not low <= value <= high:
             return f"{variable.name} = {value!r}{unit} must lie {bounds}"

@@ -22,8 +22,12 @@ from .errors import PlantError
 from .motor import saturate
 
 MOST_DELAY = 8  # largest input delay in periods: the controller keeps the voltages of so many periods
-PERIOD_TOLERANCE = 1e-6
-"""A sample is due this share of a period before its instant, because communication points k H have rounding errors."""
+PERIOD_TOLERANCE = 1e-3
+"""A sample is due this share of a period before its instant, because communication points k H have rounding errors.
+
+They grow with time in importers that add up the steps: to 1e-9 s after 335 s of steps of 1 ms.
+"""
+LENGTH_TOLERANCE = 1e-6  # of a step, as a share of the period
 
 
 class Motion(NamedTuple):
@@ -129,7 +133,7 @@ def sample_and_hold(
     New voltages appear at the sampling instant after that of their angles, however short the step is. PlantError if
     they are not finite, or if the step is longer than a period.
     """
-    if step > (1.0 + PERIOD_TOLERANCE) * s.period:
+    if step > (1.0 + LENGTH_TOLERANCE) * s.period:
         raise PlantError(
             f"a step of {step:g} s leaves out samples of sample.time = {s.period:g} s; take steps no longer"
         )

@@ -54,17 +54,11 @@ def axis_reports(series):
         reports[axis] = results.AxisReport(
             before=results.AxisError(*near, figure(5e-3), figure(1.3e-2), figure(3e-2) if stable else None),
             after=results.AxisError(*near, figure(2e-3), figure(4e-3), run if stable else None),
-            noise_floor=results.AxisError(*near, figure(1.9e-3), figure(3.6e-3)),
-            angle_stays=figure(0.15),
-            rate_stays=figure(0.07),
-            whiteness_p={"before": 1e-9, "after": 0.4},
-            air=3e-3,
-            air_rate=2.5,
-            encoder_noise=6e-4,
-            use=results.Use.CONTROL if stable else results.Use.PREDICTION,
+            noise_floor=results.AxisError(*near, figure(1.9e-3), figure(3.6e-3)), angle_stays=figure(0.15),
+            rate_stays=figure(0.07), whiteness_p={"before": 1e-9, "after": 0.4}, air=3e-3, air_rate=2.5,
+            encoder_noise=6e-4, use=results.Use.CONTROL if stable else results.Use.PREDICTION, change=change,
             why="references agree" if stable else "k_y is not determined: its interval is ± .1",
-            change=change,
-        )
+        )  # fmt: skip
     return reports
 
 
@@ -169,8 +163,7 @@ def example_diagnosis(logs=None):
     correlation[3, 0] = correlation[0, 3] = 0.95
     correlation[7, 2] = correlation[2, 7] = -0.5
     return results.Diagnosis(
-        verdict=results.RigVerdict.EFFECTS_SHOWN,
-        effects=found_effects(),
+        verdict=results.RigVerdict.EFFECTS_SHOWN, effects=found_effects(),
         possible=(
             tracing.FoundEffect(
                 "motor_lag", "rotors", Estimate(0.03, 2e-3, "s"), Verdict.POSSIBLE, "lag or delay of the rotors",
@@ -178,24 +171,12 @@ def example_diagnosis(logs=None):
                 "lag and delay of the rotors together: 110 ms",
             ),
         ),
-        catalogue=catalogue(),
-        parameters_before=estimates(BEFORE),
-        parameters_after=estimates(AFTER),
-        effects_after={"dry_friction_pitch": FRICTION},
-        parameters=determinations(AFTER),
-        covariance=np.diag([1e-4]),
-        covariance_fields=("k_x",),
-        plant_before=BEFORE,
-        plant_after=AFTER,
-        axes=axis_reports(series),
-        held_out=results.HeldOutLikelihood(20.0, 1800.0, 1803.5, gain, {"after": (7.0, 8)}),
-        closed_loop=False,
-        references="voltages",
-        agreement=tracing.Agreement(0.8, 0.9, 3),
-        series=series,
-        curves=curves(),
-        correlation_labels=names,
-        correlation=correlation,
+        catalogue=catalogue(), parameters_before=estimates(BEFORE), parameters_after=estimates(AFTER),
+        effects_after={"dry_friction_pitch": FRICTION}, parameters=determinations(AFTER), covariance=np.diag([1e-4]),
+        covariance_fields=("k_x",), plant_before=BEFORE, plant_after=AFTER, axes=axis_reports(series),
+        held_out=results.HeldOutLikelihood(20.0, 1800.0, 1803.5, gain, {"after": (7.0, 8)}), closed_loop=False,
+        references="voltages", agreement=tracing.Agreement(0.8, 0.9, 3), series=series, curves=curves(),
+        correlation_labels=names, correlation=correlation,
         data=(
             results.DataEntry("train <1>.csv", "ab" * 32, 9000, 100.0, "training", ("pitch in degrees",)),
             results.DataEntry("held.csv", "cd" * 32, 2000, 100.0, "held out"),
@@ -204,8 +185,7 @@ def example_diagnosis(logs=None):
             "motor_time_constant": 0.08, "voltage_limit": 5.0, "rest_pitch": None, "keep_events": False,
             "score_needed": 8.0, "score_needed_certain": 6.0, "operating_point": 1.25,
         },
-        notes=("voltages reach 5.10 V",),
-        seconds=12.3,
+        notes=("voltages reach 5.10 V",), seconds=12.3,
         provenance={**provenance(), "command": "heli diagnose 'a b.csv'", "date": "2026-03-01 12:00 UTC"},
     )  # fmt: skip
 

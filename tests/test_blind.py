@@ -39,17 +39,13 @@ def windy(colour):
 
 RIGS = {
     "of the model": (lambda: made(5), (1.183960, 1.203480, 0.277274, 0.243974, 11.468840)),
-    "with two effects": (
-        lambda: made(7, "dry_friction:pitch+quadratic_drag:travel"),
-        (1.183960, 1.203480, 0.235084, 0.180235, 12.111438),
-    ),
-    "with an unknown torque": (
-        lambda: made(8, "unknown:periodic"),
-        (1.183960, 1.203480, 0.477965, 0.189504, 12.729044),
-    ),
+    "with two effects": (lambda: made(7, "dry_friction:pitch+quadratic_drag:travel"),
+                         (1.183960, 1.203480, 0.235084, 0.180235, 12.111438)),
+    "with an unknown torque": (lambda: made(8, "unknown:periodic"),
+                               (1.183960, 1.203480, 0.477965, 0.189504, 12.729044)),
     "in gusts": (lambda: windy("ou"), (1.789204, 1.385503, 0.0952132, 0.253930, 0.507739)),
     "in swirls": (lambda: windy("swirl"), (1.804359, 1.345420, 0.0962934, 0.254417, 0.196911)),
-}
+}  # fmt: skip
 """Rigs, and the root mean squares of their voltages [V] and angles [rad] when the published batteries ran."""
 
 

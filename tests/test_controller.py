@@ -62,10 +62,8 @@ def test_an_integral_removes_what_a_load_leaves(other):
 
 @pytest.mark.parametrize("periods", [1, 3])
 def test_an_input_delay_shifts_the_response_and_nothing_else(periods):
-    """The predictor makes LQR with m periods of delay the loop without, m periods later (Astrom, section 4.5).
-
-    An integral would add the error of the m periods in which nothing can answer.
-    """
+    """The predictor makes LQR with m periods of delay the loop without, m periods later (Astrom, section 4.5). An
+    integral would add the error of the m periods in which nothing can answer."""
     plain, point = designed(integral=False)
     late_plant = TABLE_2._replace(input_delay_rotors=periods * H)
     late = design_feedback(linear_model(late_plant, 0.0, 0.1, H), AIM, "pitch", False)

@@ -1,9 +1,7 @@
-"""Files of the effects: the published law is the function, in any units, and the blind rigs have the same laws.
-
-Three descriptions of a law are compared: the function that the plant runs, the text that reports and documentation
-print, and the blind generator's own equations, which share no code with the plant. The new effect of the page, one
-function with its declaration, is at once everywhere in a copy of the project.
-"""
+"""Files of the effects: the published law is the function, in any units, and the blind rigs have the same laws. Three
+descriptions of a law are compared: the function that the plant runs, the text that reports and documentation print, and
+the blind generator's own equations, which share no code with the plant. The new effect of the page, one function with
+its declaration, is at once everywhere in a copy of the project."""
 
 import math
 import os

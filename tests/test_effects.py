@@ -1,6 +1,5 @@
 """Every effect of the catalogue: its sign, its value at rest, that off is off, interpreted and compiled; torque tables;
-ranges and names of parameters. The laws themselves are compared in :mod:`tests.test_effect_files`.
-"""
+ranges and names of parameters. The laws themselves are compared in :mod:`tests.test_effect_files`."""
 
 import math
 from math import inf, nan

@@ -1,8 +1,6 @@
-"""The common base of the units, driven as the binary drives it, without a binary.
-
-Steps and values that are refused, and what is said then, are compared with the units in C call by call: by the random
-calls of :mod:`tests.test_fmu_lifecycle`. Here is what no random call reaches.
-"""
+"""The common base of the units, driven as the binary drives it, without a binary. Steps and values that are refused,
+and what is said then, are compared with the units in C call by call: by the random calls of
+:mod:`tests.test_fmu_lifecycle`. Here is what no random call reaches."""
 
 import json
 import math
@@ -68,7 +66,7 @@ def test_outputs_are_right_at_the_start_time_and_follow_a_parameter_set_in_initi
     assert slave.get_real([X]) == [3.0]
 
 
-def test_an_exception_in_a_step_is_logged_with_its_traceback_and_refused_and_so_is_a_bad_input(unit):
+def test_an_exception_in_a_step_is_logged_with_its_traceback_and_refused_and_so_is_a_bad_input(unit, capsys):
     unit.set_real([U], [7.0])
     assert not unit.do_step(0.0, 0.1)
     text = said(unit)
@@ -77,7 +75,10 @@ def test_an_exception_in_a_step_is_logged_with_its_traceback_and_refused_and_so_
     assert "u = nan V must lie in [-10, 10] V" in said(unit)
     assert not unit.do_step(0.0, 0.1) and unit.get_real([GAIN, U, X]) == [4.0, 7.0, 0.5]
     unit.set_real([U], [1.0])
-    assert unit.do_step(0.0, 0.1)
+    assert unit.do_step(0.0, 0.1) and not unit.do_step(7.0, 0.1) and not unit.do_step(8.25, 0.1)
+    printed = capsys.readouterr().err  # for hosts that show no log, and each reason once
+    for reason in ("ZeroDivisionError", "the step from t", "the step begins"):
+        assert printed.count(f"Integrator.doStep: {reason}") == 1
 
 
 @pytest.mark.parametrize("reference", [-1, ORDER, NOTE, 99])

@@ -83,11 +83,8 @@ def test_the_variance_inflation_of_correlated_blocks_is_their_long_run_variance(
 
 @pytest.mark.parametrize("information", [0.3, 3.0, 100.0])
 def test_the_mean_time_between_false_alarms_is_the_stated_one(information):
-    """Siegmund's threshold, for two tests and 1000 blocks.
-
-    The simulation's own error is some 4 % of the mean. Siegmund's approximation is one for small steps; it errs to the
-    safe side, the more the larger they are.
-    """
+    """Siegmund's threshold, for two tests and 1000 blocks. The simulation's own error is some 4 % of the mean.
+    Siegmund's approximation is one for small steps; it errs to the safe side, the more the larger they are."""
     rng, mean_time, longest = np.random.default_rng(2), 1000.0, 20000
     limit = siegmund_threshold(math.log(2.0 * mean_time), information)
     up, down, times = np.zeros(600), np.zeros(600), np.full(600, longest)
@@ -284,10 +281,8 @@ def test_the_poles_of_the_observer_are_those_of_a_butterworth_polynomial():
 
 
 def test_prediction_and_correction_are_a_kalman_filters_whose_steady_state_has_the_observers_gains():
-    """Its own error is that of a covariance which has faded by 100 four times over, 1e-8.
-
-    Butterworth's poles are the optimal ones for h -> 0 and gamma -> 0: the gains differ by the order of omega_o h/10.
-    """
+    """Its own error is that of a covariance which has faded by 100 four times over, 1e-8. Butterworth's poles are the
+    optimal ones for h -> 0 and gamma -> 0: the gains differ by the order of omega_o h/10."""
     P = solve_discrete_are(F.T, FIRST.T, np.diag([0.0, 0.0, STEADY.drive]), np.eye(1))
     assert STEADY.variance == pytest.approx(P[0, 0] + 1.0, rel=1e-7)
     assert np.array(STEADY.covariance) == pytest.approx(P - P @ FIRST.T @ FIRST @ P / (P[0, 0] + 1.0), rel=1e-7)

@@ -1,7 +1,5 @@
-"""Files with random damage, given to every reader: each answers with a value or with one sentence.
-
-Findings of longer runs, `HELI_FUZZ=FILES HELI_FUZZ_SEED=NUMBER`, stay in tests/corpus.
-"""
+"""Files with random damage, given to every reader: each answers with a value or with one sentence. Findings of longer
+runs, `HELI_FUZZ=FILES HELI_FUZZ_SEED=NUMBER`, stay in tests/corpus."""
 
 import gzip
 import io

@@ -173,10 +173,8 @@ def test_another_type_of_any_argument_is_refused_in_a_sentence_that_names_it(nam
 
 
 @pytest.mark.parametrize("call, said", [
-    (
-        lambda log: hi.check([log, 3], example_diagnosis()),
-        "logs is of type list, with int in it; needed: Log, path or sequence",
-    ),
+    (lambda log: hi.check([log, 3], example_diagnosis()),
+     "logs is of type list, with int in it; needed: Log, path or sequence"),
     (lambda log: hi.check([], example_diagnosis()), "no log was given"),
     (lambda log: hi.read_data_set(str(log)), "training is of type str; needed: sequence of path"),
     (lambda log: hi.diagnose(log, held_out=()), "no log is held out"),

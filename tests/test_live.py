@@ -42,10 +42,8 @@ def make_datagram(number, time=None, layout=LAYOUT):
 
 def listen_to(contents, until, pauses=(), format=CONTRACT, layout=LAYOUT, rate=None, others=()):
     """Return instants and recorded rows of a listener that gets ``contents``, with pauses (at, seconds), and itself.
-
     The instants are those of the rig's clock, in the datagrams, so that a busy machine changes none of them. ``others``
-    are sent by another sender before the rig's first.
-    """
+    are sent by another sender before the rig's first."""
     rows, seen = [], []
     port = Port("127.0.0.1", 0, "", layout)
 
@@ -147,21 +145,19 @@ def test_signs_units_and_rotors_are_put_right_as_in_logs_and_a_rig_too_slow_is_r
 UNNUMBERED = USUAL_LAYOUT.partition(" ")[2]
 
 
-@pytest.mark.parametrize(
-    "layout, clock, rate, pause, note",
-    [
-        (USUAL_LAYOUT, lambda k: 1.7e12 + 10.0 * k, None, 0.0, "counts milliseconds"),
-        (USUAL_LAYOUT, lambda k: 5.0, 100.0, 0.0, "stands still or steps back"),
-        (USUAL_LAYOUT, lambda k: 10.0 + k * H - (0.4 if k > 60 else 0.0), None, 0.0, "stands still or steps back"),
-        *((USUAL_LAYOUT, lambda k: k * H // 0.0156 * 0.0156, *more) for more in (
-            (100.0, 0.0, "stands still or steps back"), (None, H, "the rate is taken for {:g} Hz"),
-        )),
-        (UNNUMBERED.partition(" ")[2], lambda k: 0.0, 100.0, 0.0, ""),
-        *((layout, lambda k: 5.0, None, H, "the rate is taken for {:g} Hz") for layout in (USUAL_LAYOUT, UNNUMBERED)),
-    ],
-    ids=["milliseconds since 1970", "stuck", "stepping back", "coarse", "coarse, no rate", "no time",
-         "stuck, no rate", "stuck, no rate, no number"],  # fmt: skip
-)
+COARSE = (USUAL_LAYOUT, lambda k: k * H // 0.0156 * 0.0156)
+
+
+@pytest.mark.parametrize("layout, clock, rate, pause, note", [
+    (USUAL_LAYOUT, lambda k: 1.7e12 + 10.0 * k, None, 0.0, "counts milliseconds"),
+    (USUAL_LAYOUT, lambda k: 5.0, 100.0, 0.0, "stands still or steps back"),
+    (USUAL_LAYOUT, lambda k: 10.0 + k * H - (0.4 if k > 60 else 0.0), None, 0.0, "stands still or steps back"),
+    (*COARSE, 100.0, 0.0, "stands still or steps back"),
+    (*COARSE, None, H, "the rate is taken for {:g} Hz"),
+    (UNNUMBERED.partition(" ")[2], lambda k: 0.0, 100.0, 0.0, ""),
+    *((layout, lambda k: 5.0, None, H, "the rate is taken for {:g} Hz") for layout in (USUAL_LAYOUT, UNNUMBERED)),
+], ids=["milliseconds since 1970", "stuck", "stepping back", "coarse", "coarse, no rate", "no time", "stuck, no rate",
+        "stuck, no rate, no number"])  # fmt: skip
 def test_a_rigs_clock_that_lies_or_is_not_there_loses_no_sample_and_is_said(
     layout, clock, rate, pause, note, monkeypatch
 ):

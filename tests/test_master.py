@@ -1,6 +1,7 @@
 """The master: its results are those of the library, its delays those of the wiring table, its errors name the place."""
 
 import tempfile
+from contextlib import nullcontext
 from dataclasses import replace
 from unittest.mock import Mock
 
@@ -83,17 +84,13 @@ def test_every_unit_of_the_open_loop_shows_what_the_library_gives_and_results_re
     assert np.array_equal(back, np.column_stack([np.arange(3001) * H, shown.values]))  # k H, not a running sum
 
 
-@pytest.mark.parametrize(
-    "effects",
-    [
-        {"effects.dry_friction.pitch": 0.02, "effects.quadratic_thrust.rotors": 0.1},
-        {"effects.input_delay.rotors": 0.034, "motor.time_constant": 0.05},
-        {"effects.arm_bending.elevation": 0.02, "effects.moving_mass.elevation": 0.1},
-        pytest.param({"general.enabled": 1.0}, marks=pytest.mark.slow),
-        {"encoder.enabled": True},
-    ],
-    ids=lambda effects: next(iter(effects)),
-)
+@pytest.mark.parametrize("effects", [
+    {"effects.dry_friction.pitch": 0.02, "effects.quadratic_thrust.rotors": 0.1},
+    {"effects.input_delay.rotors": 0.034, "motor.time_constant": 0.05},
+    {"effects.arm_bending.elevation": 0.02, "effects.moving_mass.elevation": 0.1},
+    pytest.param({"general.enabled": 1.0}, marks=pytest.mark.slow),
+    {"encoder.enabled": True},
+], ids=lambda effects: next(iter(effects)))  # fmt: skip
 def test_a_corrected_plant_under_a_log_is_the_offline_plant(ran, log, effects):
     path, held = log
     encoders = effects == {"encoder.enabled": True}
@@ -140,6 +137,9 @@ def test_a_parameter_that_a_unit_does_not_have_or_take_is_named(ran):
         ("plant.pitch.gian", 1.0, "plant has no variable 'pitch.gian'; did you mean 'pitch.gain'"),
         ("plant.v_front", 1.0, "plant.v_front is not a parameter; its causality is input"),
         ("plant.pitch.gain", float("nan"), "plant.set pitch.gain at t = 0 s.*pitch.gain = nan"),
+        ("plant.pitch.gain", None, "plant.pitch.gain = None must be a number"),
+        ("plant.encoder.enabled", 2, "plant.encoder.enabled = 2 must be true or false"),
+        ("exciter.multisine.seed", 2**32 + 5, "seed = 4294967301 must be a whole number of 32 bits"),
     ):
         with pytest.raises(MasterError, match=said):
             ran("open_loop", 0.1, H, {name: value})
@@ -173,11 +173,9 @@ def test_units_run_below_any_folder_but_one_whose_name_they_misread(tmp_path, mo
     """A library of pythonfmu undoes %20 of a path and nothing else."""
     (tmp_path / name).mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / name))
-    if "%20" not in name:
+    said = pytest.raises(MasterError, match="set TMPDIR to another folder")
+    with said if "%20" in name else nullcontext():
         assert run_apart("open_loop", 0.1, H).values.shape[0] > 1
-        return
-    with pytest.raises(MasterError, match="set TMPDIR to another folder"):
-        run_apart("open_loop", 0.1, H)
 
 
 def test_files_of_the_working_folder_are_not_taken_for_modules(ran, tmp_path, monkeypatch):

@@ -47,10 +47,8 @@ def simulated(path, kind, parameters, **settings):
 
 
 def reference(parameters):
-    """Outputs at k 10 ms by Runge and Kutta's fourth order, which test_plant.py holds to scipy's eighth.
-
-    The arm's bending has the fastest rate, 19 1/s: over 4 s steps of .1 ms err by 4 19 (19e-4)^4 / 120 = 1e-11.
-    """
+    """Outputs at k 10 ms by Runge and Kutta's fourth order, which test_plant.py holds to scipy's eighth. The arm's
+    bending has the fastest rate, 19 1/s: over 4 s steps of .1 ms err by 4 19 (19e-4)^4 / 120 = 1e-11."""
     p, states = from_names(parameters), [start_state(0.2, -0.1, 0.0, 1.0, 1.0)]
     pieces = [(40_000, p)]
     if p.moving_mass_elevation:  # no step of the method goes across that of a law
@@ -75,9 +73,9 @@ def test_an_importers_solver_finds_the_solution_of_the_differential_equation(uni
         assert np.abs(found[places] - expected).max() < 1000.0 * tolerance
 
 
-def modelled(path, parameters):
+def modelled(path, parameters, begin=0.0):
     """A model of either version, initialised, in event mode."""
-    return Unit(str(path), "ModelExchange").fresh(parameters)
+    return Unit(str(path), "ModelExchange").fresh(parameters, begin)
 
 
 def slopes_of(model, unknowns, known):
@@ -104,6 +102,22 @@ def test_derivatives_and_their_slopes_have_the_bits_of_python(unit):
     assert slopes_of(model, OUTPUTS, "state.bending") == [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]
     with pytest.raises(FMICallException):
         slopes_of(model, rates, "pitch.damping")
+
+
+@pytest.mark.parametrize("begin", [0.7, 1e8])
+def test_an_event_in_time_passes_at_any_start_and_a_state_that_is_restored_keeps_it(unit, begin):
+    """Begin + .1 s is rounded: what is left of it since the begin is less than .1 s."""
+    model = modelled(unit, {"effects.moving_mass.elevation": 0.5, "effects.moving_mass.step_time": 0.1}, begin)
+    update = model.slave.updateDiscreteStates if model.is_third else model.slave.newDiscreteStates
+    told, before = update()[-1], model.get("der(state.elevation_rate)")
+    model.slave.setTime(told)
+    assert told - begin < 0.1 and model.get("der(state.elevation_rate)") == before
+    model.restore(model.saved())
+    assert update()[-1] == np.inf
+    model.restore(model.saved())
+    assert model.get("der(state.elevation_rate)") != before and update()[-1] == np.inf
+    model.slave.terminate()
+    assert slopes_of(model, ["der(state.pitch)"], "state.pitch_rate") == [1.0]  # may still be read
 
 
 def test_what_is_no_differential_equation_is_refused_and_parameters_are_fixed_once_it_is_initialised(unit):

@@ -1,7 +1,5 @@
-"""Binary formats, as laboratories have them: every layout reads as the same record, packed or not.
-
-A reader that crashes, hangs or asks for all memory does not take the command with it.
-"""
+"""Binary formats, as laboratories have them: every layout reads as the same record, packed or not. A reader that
+crashes, hangs or asks for all memory does not take the command with it."""
 
 import gzip
 import os

@@ -1,7 +1,5 @@
-"""Text logs of every accepted shape read as the same record; what is wrong gets one sentence that says where.
-
-What a laboratory meets most stands in tests/faults/logs.py, through the commands.
-"""
+"""Text logs of every accepted shape read as the same record; what is wrong gets one sentence that says where. What a
+laboratory meets most stands in tests/faults/logs.py, through the commands."""
 
 import gzip
 import hashlib
@@ -128,29 +126,18 @@ def test_a_foreign_log_is_read_through_its_configuration(tmp_path):
     columns = [1e3 * t, 1e3 * rear, front, np.degrees(-pitch), np.round(elevation * counts), travel]
     lines = rewritten(columns, ["ms", "u1 [mV]", "u2", "theta (deg)", "eps [rad]", "travel [rad]"])
     named = {"time": "ms", "v_front": "u1 [mV]", "v_rear": "u2", "pitch": "theta (deg)", "elevation": "eps [rad]"}
-    rig = RigConfiguration(
-        format=LogFormat(
-            columns=named,
-            units={"time": "ms", "v_rear": "V", "elevation": "counts"},
-            signs={"pitch": -1},
-            swap_rotors=True,
-            encoder_counts=(4096, 2000, 8192),
-            decimal=",",
-        )
-    )
+    rig = RigConfiguration(format=LogFormat(
+        columns=named, units={"time": "ms", "v_rear": "V", "elevation": "counts"}, signs={"pitch": -1},
+        swap_rotors=True, encoder_counts=(4096, 2000, 8192), decimal=",",
+    ))  # fmt: skip
     log = read_log(written(tmp_path, [line.replace(",", ";").replace(".", ",") for line in lines]), rig)
     assert log.configuration == rig
     assert np.allclose(log.voltages, TRUTH[:, 1:3], rtol=1e-14)
     assert np.allclose(log.angles[:, 0], pitch, rtol=1e-14)
     assert np.abs(log.angles[:, 1] - elevation).max() <= 0.5 / counts + 1e-12  # half a count, by rounding
-    assert log.notes == (
-        "time converted from ms to s",
-        "v_front converted from mV to V",
-        "pitch converted from deg to rad",
-        "elevation converted from counts to rad",
-        "sign of pitch flipped",
-        "front and rear voltage swapped",
-    )
+    converted = (("time", "ms", "s"), ("v_front", "mV", "V"), ("pitch", "deg", "rad"), ("elevation", "counts", "rad"))
+    said = [f"{name} converted from {old} to {new}" for name, old, new in converted]
+    assert log.notes == (*said, "sign of pitch flipped", "front and rear voltage swapped")
 
 
 def test_voltages_before_the_limit_of_the_amplifiers_are_limited_where_that_is_stated(tmp_path):

@@ -1,5 +1,4 @@
 """The page in a real browser: silent, fits a desk and a telephone, both themes, on paper, and for those who hear it.
-
 The browser is a headless Chromium, driven over its DevTools pipe: no package is needed for it."""
 
 import base64

@@ -70,10 +70,8 @@ def test_sensitivities_agree_with_runs_of_the_filter(clean):
 
 
 def test_torques_of_a_log_are_integrated_over(clean):
-    """Innovations are linear in a constant torque b: the integral of exp(-F) over b is ln(1 + tau^2 H)/2 nats less.
-
-    H is measured by runs of the filter, whose responses are not settled everywhere: to 2 % of a nat.
-    """
+    """Innovations are linear in a constant torque b: the integral of exp(-F) over b is ln(1 + tau^2 H)/2 nats less. H
+    is measured by runs of the filter, whose responses are not settled everywhere: to 2 % of a nat."""
     fitted, expected = clean[2], np.zeros(3)
     likelihood, tau = fitted.likelihood, fitted.likelihood.widths[:3]
     for i, record in enumerate(likelihood.records):
@@ -123,10 +121,8 @@ def test_the_spread_of_gains_from_log_to_log_is_right_on_average_for_few_logs(cl
 
 @pytest.mark.parametrize("at, off, rel", [(slice(9, 12), 0.02, 0.05), (12, 0.004, 0.05), (slice(15, 17), 0.3, 0.1)])
 def test_a_log_with_gains_or_a_zero_of_its_own_hovers_as_the_quadratic_form_says(clean, at, off, rel):
-    """Where the gains of one log are 2 % off, or the pitch's zero 4 mrad, F falls by what is promised, to 5 %.
-
-    So it does for the torques of a push of .3 rad/s^2, to 10 %: it turns the pitch by more than is linear.
-    """
+    """Where the gains of one log are 2 % off, or the pitch's zero 4 mrad, F falls by what is promised, to 5 %. So it
+    does for the torques of a push of .3 rad/s^2, to 10 %: it turns the pitch by more than is linear."""
     logs, _, fitted = clean
     pushed = replace(logs[0], events=(Event(logs[0].name, "pitch", 20.0, 21.0, 20.0, 21.0, "force", 1.0),))
     likelihood = replace(likelihood_of([pushed, *logs[1:]]), widths=fitted.likelihood.widths)

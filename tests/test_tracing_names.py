@@ -61,13 +61,10 @@ def test_rounding_by_the_encoders_does_not_become_friction_in_long_flights():
     assert shown(selection) == set()
 
 
-@pytest.mark.parametrize(
-    ("kind", "index"),
-    [
-        ("dry_friction:pitch", 1), pytest.param("quadratic_thrust", 1, marks=pytest.mark.slow), ("moving_mass", 1),
-        ("arm_bending", 0), ("product_of_inertia", 0),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("kind", "index"), [
+    ("dry_friction:pitch", 1), pytest.param("quadratic_thrust", 1, marks=pytest.mark.slow), ("moving_mass", 1),
+    ("arm_bending", 0), ("product_of_inertia", 0),
+])  # fmt: skip
 def test_an_effect_of_usual_strength_is_named_alone(kind, index):
     """At the battery's strength, and its coefficient lies within four standard errors of the truth."""
     selection, truth = searched(kind, index)

@@ -13,6 +13,7 @@ import shutil
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from ctypes import byref, c_double, c_size_t, c_void_p, cast
+from numbers import Real
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote_to_bytes
@@ -36,7 +37,7 @@ Array = NDArray[np.float64]
 WARNING = 1
 _STATUSES = ("ok", "warning", "discard", "error", "fatal", "pending")
 
-_TYPE_WORDS = {"Real": "a number", "Integer": "a whole number", "Boolean": "true or false", "String": "text"}
+_TYPE_WORDS = {"Real": "a number", "Integer": "a whole number of 32 bits", "Boolean": "true or false", "String": "text"}
 
 _INSTANCES: dict[int, Instance] = {}  # by component environment: fmpy's logger proxy serves one callback per process
 
@@ -77,6 +78,16 @@ def unpack(name: str, fmu: Path, folder: Path) -> Any:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise MasterError(f"the FMU of {name}, {fmu}, cannot be used: {reason[:300]}") from error
     return description
+
+
+def _fits(value: Any, kind: str) -> bool:
+    """Return whether a value can be converted to an FMI type without a change; its range is checked by the unit."""
+    is_number = isinstance(value, (Real, np.bool_))
+    if kind in ("Real", "String"):
+        return is_number if kind == "Real" else isinstance(value, str)
+    if kind == "Boolean":
+        return is_number and value in (True, False)
+    return is_number and -(2**31) <= value < 2**31 and value == int(value)
 
 
 class Instance:
@@ -154,11 +165,10 @@ class Instance:
         self._call("setupExperiment", start, self.slave.setupExperiment, startTime=start, stopTime=stop)
         for name, value in parameters.items():
             variable = self.variable(name, "parameter")
-            kind, setter = TYPES[variable.type], getattr(self.slave, f"set{variable.type}")
-            # the unit checks the range; here only what cannot be converted to the variable's type
-            if isinstance(value, str) != (kind is str) or (kind is int and not float(value).is_integer()):
+            setter = getattr(self.slave, f"set{variable.type}")
+            if not _fits(value, variable.type):
                 raise MasterError(f"{self.name}.{name} = {value!r} must be {_TYPE_WORDS[variable.type]}")
-            self._call(f"set {name}", start, setter, [variable.valueReference], [kind(value)])
+            self._call(f"set {name}", start, setter, [variable.valueReference], [TYPES[variable.type](value)])
         self._call("enterInitializationMode", start, self.slave.enterInitializationMode)
 
     def finish_initialisation(self, start: float) -> None:

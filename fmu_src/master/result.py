@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import csv
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -59,5 +61,6 @@ class Result:
         pairs = tuple(zip(self.names, self.units, strict=True))
         headers = ["time [s]", *(f"{name}{end} [{unit}]" for end, _ in blocks for name, unit in pairs)]
         rows = np.column_stack([self.time, *(values for _, values in blocks)]).tolist()
-        lines = [",".join(headers), *(",".join(map(repr, row)) for row in rows), ""]
-        return write_atomically(Path(path), "\n".join(lines).encode())
+        text = StringIO()
+        csv.writer(text, lineterminator="\n").writerows([headers, *rows])  # a name of another FMU may hold a comma
+        return write_atomically(Path(path), text.getvalue().encode())

@@ -23,19 +23,22 @@ _DEFAULT = online.IdentifierSettings()
 _setting = partial(setting, _DEFAULT)
 
 _GAINS = [row for row in _ESTIMATED if row[0] in online.GAINS]
+_ERRORS_DEPEND_ON = ("adaptation.initial_gain", "pitch.rest_angle_known")
 _OUTPUTS = (
     *for_each(_ESTIMATED, output, "{0}", "{1}", "estimate: {2}", ("initial.{0}",)),
-    *for_each(
-        _ESTIMATED, output, "standard_error.{0}", "{1}", "standard error of {0}: {2}", ("adaptation.initial_gain",)
-    ),
+    *for_each(_ESTIMATED, output, "standard_error.{0}", "{1}", "standard error of {0}: {2}", _ERRORS_DEPEND_ON),
     *for_each(AXES, output, "sigma.{}", "rad/s^2", "adaptation error of the {}"),
     *for_each(AXES, output, "excitation.{}", "1", "excitation level of the {}, 0 to 1"),
     *for_each(
         _ESTIMATED, output, "determined.{0}", "1",
         "1: half the 95 % interval of {0} is at most a tenth of its value, else 0",
+        ("initial.{0}", *_ERRORS_DEPEND_ON),
     ),
     output("motor_lag", "s", "lag of both motors: estimated or given", ("motor.time_constant",)),
-    output("standard_error.motor_lag", "s", "standard error of motor_lag, 0 where it is given"),
+    output(
+        "standard_error.motor_lag", "s", "standard error of motor_lag, 0 where it is given",
+        ("method", "adaptation.initial_gain", "motor.lag_known"),
+    ),
     *for_each(AXES, output, "feedback.{}", "1", "score of a closed loop on the {}; beyond 3 there is one"),
     output("closed_loop", "1", "1: one of the three scores is beyond 3, a controller flies the rig, else 0"),
     *for_each(_GAINS, output, "instrument.{0}", "{1}", "{0} by the references alone, 0 where none has moved"),

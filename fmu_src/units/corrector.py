@@ -9,11 +9,10 @@ from heli_identifier import following
 from heli_plant.observer import CORRECTED
 from heli_plant.parameters import PARAMETERS, check_parameters
 
-from ..slave_base import SlaveBase, check_due
+from ..slave_base import CLOCK_TOLERANCE, SlaveBase, check_due
 from ..variables import Variable, for_each, output, parameter, real_input, setting
 from .signals import ANGLE_INPUTS, AXES, VOLTAGE_INPUTS
 
-_PERIOD_TOLERANCE = 1e-6  # a sample is due this share of a period early: communication points k H have rounding errors
 _INPUTS = (
     *VOLTAGE_INPUTS,
     *ANGLE_INPUTS,
@@ -28,7 +27,7 @@ _OUTPUTS = (
     *for_each(AXES, output, "error_alone.{}", "rad", "the same of the twin that is left alone, {}"),
     *for_each(AXES, output, "torque.{}", "rad/s^2", "unmodelled acceleration of the {}"),
     output("compared", "1", "1: predictions were compared in this step"),
-    output("observer.bandwidth", "rad/s", "for the plant's observer"),
+    output("observer.bandwidth", "rad/s", "for the plant's observer", ("keeping.bandwidth", "keeping.enabled")),
     output("alarm", "1", "largest sum of Page's tests over its threshold; 1 is an alarm"),
     output("suspect", "1", "number of the likeliest change, 0 for none (see the documentation)"),
     output("mode", "1", "0 starting, 1 following, 2 alarmed, 3 on trial, 4 adopted, 5 suspended"),
@@ -86,8 +85,8 @@ class Corrector(SlaveBase):
             return
         check_due(time - self.first - (self.state.instants + 1) * period, period, time)
         state = self.state
-        while self.first + (state.instants + 1) * period <= time + _PERIOD_TOLERANCE * period:
-            is_last = self.first + (state.instants + 2) * period > time + _PERIOD_TOLERANCE * period
+        while self.first + (state.instants + 1) * period <= time + CLOCK_TOLERANCE * period:
+            is_last = self.first + (state.instants + 2) * period > time + CLOCK_TOLERANCE * period
             state, events = following.correct(state, now if is_last else now._replace(fresh=0.0), self.plan)
             self.reports += len(events)
             self.last = events[-1] if events else self.last

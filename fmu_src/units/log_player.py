@@ -15,7 +15,7 @@ from math import isfinite, nan, radians
 from typing import ClassVar, NamedTuple
 
 from ..errors import Refusal
-from ..slave_base import SlaveBase
+from ..slave_base import CLOCK_TOLERANCE, SlaveBase
 from ..variables import Variable, parameter
 from .signals import AXES, TIME_TOLERANCE, measured_outputs
 
@@ -58,12 +58,16 @@ class LogPlayer(SlaveBase):
 
     def advance(self, time: float, step_size: float) -> None:
         """Show the row for the end of the step."""
-        self._show(time + step_size)
+        self._show(time + step_size, step_size)
 
-    def _show(self, time: float) -> None:
+    def _show(self, time: float, step: float = 0.0) -> None:
         since_first = time - self.start_time + self.value("log.start")
-        index = bisect_right(self.recording.times, since_first + TIME_TOLERANCE) - 1
-        self.show(self.recording.rows[max(index, 0)])
+        times = self.recording.times
+        later = bisect_right(times, since_first, 1)
+        if later < len(times):  # a row may come early by a share of the step or of the interval before it
+            tolerance = max(TIME_TOLERANCE, CLOCK_TOLERANCE * min(step, times[later] - times[later - 1]))
+            later += times[later] - since_first <= tolerance
+        self.show(self.recording.rows[later - 1])
 
 
 def read_recording(path: str) -> Recording:
@@ -96,10 +100,11 @@ def _read_text(path: str) -> str:
     """Return the bytes of a file as characters; only those of ASCII are used."""
     if not path:
         raise Refusal("log.path is empty: set it to a CSV log before initialisation ends")
-    if os.path.exists(path) and not os.path.isfile(path):  # a pipe or a device may never end
-        raise Refusal(f"the log {path} is no file")
     try:
-        with open(path, "rb") as file:
+        name = path.encode()  # texts of FMI are UTF-8, whatever the locale of the host
+        if os.path.exists(name) and not os.path.isfile(name):  # a pipe or a device may never end
+            raise Refusal(f"the log {path} is no file")
+        with open(name, "rb") as file:
             text = file.read().decode("latin-1")
     except (OSError, ValueError) as problem:
         raise Refusal(f"the log {path} cannot be read: {getattr(problem, 'strerror', problem)}") from problem

@@ -20,10 +20,8 @@ LONGEST = 900.0
 
 class Fault(NamedTuple):
     """A fault as the page names it, a function that makes its files in a folder, and the command that meets it.
-
     ``said``: a part of the expected sentence; ``makes``: names of files that the command may leave in the folder;
-    ``shell``: the command is a script of bash in a process of its own, with pipes, signals or limits.
-    """
+    ``shell``: the command is a script of bash in a process of its own, with pipes, signals or limits."""
 
     what: str
     make: Callable[[Path], object]

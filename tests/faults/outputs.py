@@ -90,14 +90,8 @@ OLD = "find . $TMPDIR -path '*.heli-draft-*' -exec touch -d '8 days ago' {} +"
 
 
 def ended(name, code):
-    return Fault(
-        f"SIG{name} in the middle of a simulation",
-        nothing,
-        f"set -m; {LONG}; {WAIT}; kill -{name} $p; wait $p 2>/dev/null; {END}",
-        f"exit {code}, 0 running",
-        0,
-        shell=True,
-    )
+    command = f"set -m; {LONG}; {WAIT}; kill -{name} $p; wait $p 2>/dev/null; {END}"
+    return Fault(f"SIG{name} in the middle of a simulation", nothing, command, f"exit {code}, 0 running", 0, shell=True)
 
 
 SIGNALS = (
@@ -108,14 +102,11 @@ SIGNALS = (
     Fault("SIGTERM while the process of the units stands still", nothing, f"set -m; {LONG}; {WAIT}; kill -STOP $({MASTERS}); kill -TERM $p; wait $p 2>/dev/null; {END}", "exit 143, 0 running", 0, shell=True),
     *(
         Fault(
-            f"SIG{name} in the middle of the demonstration",
-            nothing,
+            f"SIG{name} in the middle of the demonstration", nothing,
             f"set -m; heli demo -o out >/dev/null 2>&1 & p=$!; until [ -n \"$(find . -name '.heli-draft*')\" ] || ! kill -0 $p; do sleep .05; done; sleep 1; "
             f"kill -{name} $p; wait $p 2>/dev/null; code=$?; {GONE % MASTERS}; {f'{OLD}; heli build Exciter -o out/demo/rig-a >/dev/null; ' if name == 'KILL' else ''}"
             f"echo exit $code, $({MASTERS} | wc -l) running, $(find . -name '.heli-draft*' | wc -l) left; rm -rf out",
-            f"exit {code}, 0 running, 0 left",
-            0,
-            shell=True,
+            f"exit {code}, 0 running, 0 left", 0, shell=True,
         )
         for name, code in (("INT", 130), ("TERM", 143), ("KILL", 137))
     ),

@@ -4,14 +4,9 @@ from tests.faults import flights, inputs, logs, outputs, units, usage
 from tests.faults.case import ROOT, Fault
 
 PAGE = ROOT / "docs" / "reliability.md"
-SECTIONS: dict[str, tuple[Fault, ...]] = {
-    **outputs.SECTIONS,
-    **logs.SECTIONS,
-    **inputs.SECTIONS,
-    **units.SECTIONS,
-    **flights.SECTIONS,
-    **usage.SECTIONS,
-}
+SECTIONS: dict[str, tuple[Fault, ...]] = {}
+for one in (outputs, logs, inputs, units, flights, usage):
+    SECTIONS |= one.SECTIONS
 FAULTS = [(section, fault) for section, faults in SECTIONS.items() for fault in faults]
 
 

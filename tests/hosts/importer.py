@@ -1,8 +1,6 @@
-"""Run units in another importer and save what they show: importer.py HOST ORDER STEPS STEP OUT NAME...
-
-ORDER is an .ssp, or JSON with the units' FMUs, parameters and connections and the master's record (.npy, rows 0 to
-STEPS of the NAMEs, which are unit.variable). OUT becomes an .npy with rows 1 to STEPS. The process leaves at once.
-"""
+"""Run units in another importer and save what they show: importer.py HOST ORDER STEPS STEP OUT NAME... ORDER is an
+.ssp, or JSON with the units' FMUs, parameters and connections and the master's record (.npy, rows 0 to STEPS of the
+NAMEs, which are unit.variable). OUT becomes an .npy with rows 1 to STEPS. The process leaves at once."""
 
 import json
 import os
@@ -102,10 +100,8 @@ def fmpy_simulate_fmu(order, steps, step, names):
 
 
 def fmpy_ssp(ssp, steps, step, names):
-    """It sets every parameter of the .ssv files as text, so they are read here and handed over typed.
-
-    At the first step it feeds zeros, not the outputs at t_0, and it keeps no row for t_0.
-    """
+    """It sets every parameter of the .ssv files as text, so they are read here and handed over typed. At the first step
+    it feeds zeros, not the outputs at t_0, and it keeps no row for t_0."""
     import fmpy.ssp.simulation as simulation
     from fmpy.ssp.ssd import ParameterSet, read_ssv
 

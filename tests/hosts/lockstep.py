@@ -1,9 +1,7 @@
-"""Builds of one unit, stepped side by side in one process: the number of steps in which a value differs.
-
-Usage: lockstep.py UNIT.fmu... ORDERS.json. Each order holds `parameters`, `inputs` (low and high of each),
-`steps`, `seed`, and `longest` and `shortest` communication step [s]. Every 97th step is undone and repeated from a
-saved state, every 193rd from a serialised one. A build may be of FMI 3.0.
-"""
+"""Builds of one unit, stepped side by side in one process: the number of steps in which a value differs. Usage:
+lockstep.py UNIT.fmu... ORDERS.json. Each order holds `parameters`, `inputs` (low and high of each), `steps`, `seed`,
+and `longest` and `shortest` communication step [s]. Every 97th step is undone and repeated from a saved state, every
+193rd from a serialised one. A build may be of FMI 3.0."""
 
 import json
 import random

@@ -1,12 +1,10 @@
-"""Random calls of FMI 2.0, allowed and not, on one unit; what was refused must have had no effect.
-
-Usage: random_calls.py UNIT.fmu ORDER.json; the order holds `parameters`, `runs`, `calls` a run and `seed`. After every
-run a second instance gets the accepted calls alone: its outputs must have the same bits. A call is refused if its
-status is worse than a warning, or if the unit logs a refusal: pythonfmu's binary answers fmi2OK to all but a step.
-Numbers that are read without a complaint must be finite, no step may be accepted while a value stands refused, and no
-refusal may be an exception that nobody expected. The answer has a digest of what was accepted, said and shown: another
-build of the unit under the same order has to give the same.
-"""
+"""Random calls of FMI 2.0, allowed and not, on one unit; what was refused must have had no effect. Usage:
+random_calls.py UNIT.fmu ORDER.json; the order holds `parameters`, `runs`, `calls` a run and `seed`. After every run a
+second instance gets the accepted calls alone: its outputs must have the same bits. A call is refused if its status is
+worse than a warning, or if the unit logs a refusal: pythonfmu's binary answers fmi2OK to all but a step. Numbers that
+are read without a complaint must be finite, no step may be accepted while a value stands refused, and no refusal may be
+an exception that nobody expected. The answer has a digest of what was accepted, said and shown: another build of the
+unit under the same order has to give the same."""
 
 import hashlib
 import json

@@ -1,7 +1,5 @@
-"""A small FMI host for the tests: names instead of references, statuses instead of exceptions, the log kept.
-
-It runs in a process of its own, which ends by ``answer``: pythonfmu's binary may abort at interpreter exit.
-"""
+"""A small FMI host for the tests: names instead of references, statuses instead of exceptions, the log kept. It runs in
+a process of its own, which ends by ``answer``: pythonfmu's binary may abort at interpreter exit."""
 
 import json
 import os
@@ -32,17 +30,17 @@ class Unit:
         self.slave = instantiate_fmu(self.folder, self.description, self.kind, debug_logging=True, logger=logger)
         return self
 
-    def start(self, parameters=None):
+    def start(self, parameters=None, begin=0.0):
         if not self.is_third:
-            self.slave.setupExperiment(startTime=0.0)
+            self.slave.setupExperiment(startTime=begin)
         for name, value in (parameters or {}).items():
             self.set(name, value)
-        self.slave.enterInitializationMode(**{"startTime": 0.0} if self.is_third else {})
+        self.slave.enterInitializationMode(**{"startTime": begin} if self.is_third else {})
         self.slave.exitInitializationMode()
         return self
 
-    def fresh(self, parameters=None):
-        return self.instantiate().start(parameters)
+    def fresh(self, parameters=None, begin=0.0):
+        return self.instantiate().start(parameters, begin)
 
     def set(self, name, value):
         variable = self.variables[name]

@@ -20,7 +20,7 @@ void exchange_begin(Unit *unit)
     if (!unit->exchange)
         return;
     EXCHANGE->begin(unit->model, unit);
-    unit->passed = unit->reached - unit->start_time;
+    unit->passed = 0.0;
     unit->next_event = EXCHANGE->next_event(unit->model, unit->passed);
 }
 
@@ -38,12 +38,14 @@ void exchange_refresh(Unit *unit)
 
 static const size_t NO_STATES = SIZE_MAX; /* for calls without an array of states */
 
-/* Check that the importer may integrate now, with ``count`` states. */
-static Status check_ready(Unit *unit, const char *call, size_t count)
+/* Check that the importer may integrate now, with ``count`` states; read also while initialising and at the end. */
+static Status check_ready(Unit *unit, const char *call, size_t count, bool reads)
 {
     if (!unit->exchange)
         return unit_log(unit, ERROR, "%s: the unit was not instantiated for model exchange", call);
-    if (unit->phase != STEPPING || !unit->initialised)
+    if (reads && unit->outdated && unit_prepare(unit, call) != OK)
+        return DISCARD;
+    if (!unit->initialised || (unit->phase != STEPPING && !reads))
         return unit_log(unit, ERROR, "%s: finish the initialisation first", call);
     if (count != EXCHANGE->states && count != NO_STATES)
         return unit_log(unit, ERROR, "%s: there are %zu values, not %zu", call, EXCHANGE->states, count);
@@ -52,7 +54,7 @@ static Status check_ready(Unit *unit, const char *call, size_t count)
 
 Status exchange_set_time(Unit *unit, double time)
 {
-    const Status status = check_ready(unit, "setTime", NO_STATES);
+    const Status status = check_ready(unit, "setTime", NO_STATES, false);
     if (status != OK)
         return status;
     if (!isfinite(time))
@@ -64,7 +66,7 @@ Status exchange_set_time(Unit *unit, double time)
 
 Status exchange_set_states(Unit *unit, const double states[], size_t count)
 {
-    const Status status = check_ready(unit, "setContinuousStates", count);
+    const Status status = check_ready(unit, "setContinuousStates", count, false);
     if (status != OK)
         return status;
     for (size_t i = 0; i < count; i++) {
@@ -80,7 +82,7 @@ Status exchange_set_states(Unit *unit, const double states[], size_t count)
 
 Status exchange_get_states(Unit *unit, double states[], size_t count)
 {
-    const Status status = check_ready(unit, "getContinuousStates", count);
+    const Status status = check_ready(unit, "getContinuousStates", count, true);
     if (status == OK)
         memcpy(states, EXCHANGE->state(unit->model), count * sizeof *states);
     return status;
@@ -88,7 +90,7 @@ Status exchange_get_states(Unit *unit, double states[], size_t count)
 
 Status exchange_get_rates(Unit *unit, double rates[], size_t count)
 {
-    const Status status = check_ready(unit, "getDerivatives", count);
+    const Status status = check_ready(unit, "getDerivatives", count, true);
     if (status != OK)
         return status;
     if (unit->refused_count)
@@ -108,18 +110,19 @@ Status exchange_get_rates(Unit *unit, double rates[], size_t count)
 
 Status exchange_get_nominals(Unit *unit, double nominals[], size_t count)
 {
-    const Status status = check_ready(unit, "getNominalsOfContinuousStates", count);
-    for (size_t i = 0; status == OK && i < count; i++)
+    if (!unit->exchange || count != EXCHANGE->states)
+        return check_ready(unit, "getNominalsOfContinuousStates", count, true);
+    for (size_t i = 0; i < count; i++) /* they are constant: in any phase */
         nominals[i] = VARIABLES[EXCHANGE->first_state + i].nominal;
-    return status;
+    return OK;
 }
 
 Status exchange_update(Unit *unit, double *next)
 {
-    const Status status = check_ready(unit, "newDiscreteStates", NO_STATES);
+    const Status status = check_ready(unit, "newDiscreteStates", NO_STATES, false);
     if (status != OK)
         return status;
-    if (unit->reached - unit->start_time >= unit->next_event - TIME_TOLERANCE) {
+    if (unit->reached >= unit->start_time + unit->next_event - TIME_TOLERANCE) { /* the sum that was told */
         unit->passed = unit->next_event;
         unit->next_event = EXCHANGE->next_event(unit->model, unit->passed);
         unit->stale = true;
@@ -133,7 +136,7 @@ Status exchange_slopes(
     const double seed[], double sensitivity[])
 {
     double states[MOST] = {0.0}, inputs[MOST] = {0.0}, rates[MOST], outputs[MOST];
-    const Status status = check_ready(unit, "getDirectionalDerivative", NO_STATES);
+    const Status status = check_ready(unit, "getDirectionalDerivative", NO_STATES, true);
     if (status != OK)
         return status;
     const size_t n = EXCHANGE->states, first = EXCHANGE->first_state, out = EXCHANGE->first_output;

@@ -15,6 +15,25 @@
 #define S_ISREG(mode) (((mode) & S_IFMT) == S_IFREG)
 #endif
 
+#ifdef _WIN32 /* names of FMI are UTF-8, those of fopen and stat in the code page of the system */
+__declspec(dllimport) int __stdcall MultiByteToWideChar(unsigned, unsigned long, const char *, int, wchar_t *, int);
+typedef struct _stat64 FileStatus;
+
+static const wchar_t *wide(Space *space, const char *path)
+{
+    const int size = (int)strlen(path) + 1; /* no text is longer in UTF-16 */
+    wchar_t *name = space_take(space, size, sizeof *name);
+    MultiByteToWideChar(65001, 0, path, -1, name, size); /* from UTF-8 */
+    return name;
+}
+#define READ_STATUS(path, status) _wstat64(wide(space, path), status)
+#define OPEN(path) _wfopen(wide(space, path), L"rb")
+#else
+typedef struct stat FileStatus;
+#define READ_STATUS(path, status) stat(path, status)
+#define OPEN(path) fopen(path, "rb")
+#endif
+
 enum { SIGNALS = 5, COLUMNS = SIGNALS + 1, QUOTED_LENGTH = 300 };
 
 static const double DEGREE = 0.017453292519943295; /* math.radians(1.0) [rad] */
@@ -33,14 +52,14 @@ struct Model {
 /* The file as a text that ends in a zero, without the byte order mark of UTF-8. */
 static char *read_text(Space *space, const char *path)
 {
-    struct stat status = {0};
+    FileStatus status = {0};
     if (!path[0])
         refuse(space, "log.path is empty: set it to a CSV log before initialisation ends");
-    if (stat(path, &status) == 0 && !S_ISREG(status.st_mode))
+    if (READ_STATUS(path, &status) == 0 && !S_ISREG(status.st_mode))
         refuse(space, "the log %s is no file", path);
     const size_t size = (size_t)status.st_size;
     char *text = space_take(space, (int64_t)size + 1, 1);
-    FILE *file = fopen(path, "rb");
+    FILE *file = OPEN(path);
     if (!file)
         refuse(space, "the log %s cannot be read: %s", path, strerror(errno));
     const size_t bytes_read = fread(text, 1, size, file);
@@ -106,7 +125,7 @@ static bool next_cell(Space *space, const char *path, long long row, char **at, 
 }
 
 /* The decimal number in a cell, with a point in any locale of the host; NaN if it is none. */
-static double read_number(char *cell)
+static double read_number(Space *space, char *cell)
 {
     static const char DIGITS[] = "0123456789";
     const char *at = cell + (*cell == '+' || *cell == '-');
@@ -121,11 +140,18 @@ static double read_number(char *cell)
     }
     if (whole + decimals == 0 || *at)
         return NAN;
-    const char separator = *point;
-    if (separator == '.')
-        *point = *localeconv()->decimal_point;
+    const char *mark = localeconv()->decimal_point;
+    if (*point != '.')
+        return strtod(cell, NULL);
+    if (mark[1]) { /* of several bytes, as in ps_AF */
+        const size_t size = strlen(cell) + strlen(mark);
+        char *text = space_take(space, (int64_t)size, 1);
+        snprintf(text, size, "%.*s%s%s", (int)(point - cell), cell, mark, point + 1);
+        return strtod(text, NULL);
+    }
+    *point = *mark;
     const double value = strtod(cell, NULL);
-    *point = separator;
+    *point = '.';
     return value;
 }
 
@@ -165,8 +191,8 @@ static void read_log(Model *model, Space *space, const char *path)
     const char *headers[COLUMNS];
     char *line = read_text(space, path), *next = end_line(line);
     find_columns(space, path, line, places, factors, headers);
-    for (const char *c = next; c; c = strchr(c, '\n'))
-        most += *c++ != '\0';
+    for (const char *c = next; c && *c; c = strchr(c + 1, '\n'))
+        most++;
     model->rows = space_take(space, most, sizeof *model->rows);
     for (long long row = 2; (line = next); row++) {
         char *cells[COLUMNS] = {"", "", "", "", "", ""}, *cell = NULL;
@@ -179,7 +205,7 @@ static void read_log(Model *model, Space *space, const char *path)
                 cells[k] = places[k] == i ? cell : cells[k];
         }
         for (int k = 0; k < COLUMNS; k++) {
-            values[k] = read_number(cells[k]) * factors[k];
+            values[k] = read_number(space, cells[k]) * factors[k];
             if (!isfinite(values[k]))
                 refuse(
                     space, "the log %s, row %lld, column '%s': '%s' is not a finite number", path, row, headers[k],
@@ -198,10 +224,10 @@ static void read_log(Model *model, Space *space, const char *path)
         refuse(space, "the log %s has no rows below its header", path);
 }
 
-static void show(const Model *model, Unit *unit, double time)
+static void show(const Model *model, Unit *unit, double time, double step)
 {
-    const double since_first = time - unit->start_time + unit->values[REF_log_start].real + TIME_TOLERANCE;
-    int64_t first = 0, beyond = model->count; /* the first row that is later */
+    const double since_first = time - unit->start_time + unit->values[REF_log_start].real;
+    int64_t first = 1, beyond = model->count; /* the first row that is later, from the second one on */
     while (first < beyond) {
         const int64_t middle = (first + beyond) / 2;
         if (since_first < model->rows[middle][0])
@@ -209,19 +235,23 @@ static void show(const Model *model, Unit *unit, double time)
         else
             first = middle + 1;
     }
+    if (first < model->count) { /* a row may come early by a share of the step or of the interval before it */
+        const double due = model->rows[first][0], interval = due - model->rows[first - 1][0];
+        first += due - since_first <= fmax(TIME_TOLERANCE, CLOCK_TOLERANCE * fmin(step, interval));
+    }
     for (int k = 0; k < SIGNALS; k++)
-        unit->values[k].real = model->rows[first > 0 ? first - 1 : 0][k + 1]; /* the first of VARIABLES */
+        unit->values[k].real = model->rows[first - 1][k + 1]; /* the first of VARIABLES */
 }
 
 static void initialise(Model *model, Unit *unit)
 {
     read_log(model, &unit->permanent, unit->values[REF_log_path].text);
-    show(model, unit, unit->start_time);
+    show(model, unit, unit->start_time, 0.0);
 }
 
 static void advance(Model *model, Unit *unit, double time, double step)
 {
-    show(model, unit, time + step);
+    show(model, unit, time + step, step);
 }
 
 const ModelFunctions MODEL = {sizeof(Model), initialise, advance, NULL}; /* outputs follow from the time */

@@ -78,8 +78,9 @@ static void pass_state(Unit *unit, Bytes *bytes, const Unit *before)
         MODEL.pass(unit->model, bytes); /* lists that are read lie in the spare space */
     if (bytes->reading && MODEL.pass)
         unit_swap_spaces(unit);
-    if (bytes->reading)
-        exchange_begin(unit);
+    pass_double(bytes, &unit->passed); /* whether an event at this time has passed does not follow from the time */
+    pass_double(bytes, &unit->next_event);
+    unit->stale |= bytes->reading && EXCHANGE;
 }
 
 /* Give a state, which may exist already, room for ``size`` bytes; NULL if there is no memory. */
