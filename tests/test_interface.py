@@ -11,6 +11,7 @@ from fmpy import read_model_description
 
 import heli_identifier as hi
 from heli_identifier import check
+from heli_identifier.cli.on_units import _play_log
 from heli_identifier.errors import ConfigurationError, LogError
 from heli_identifier.records import write_log
 from heli_identifier.results import Use, corrected_parameters
@@ -138,14 +139,28 @@ def test_the_plant_that_made_the_log_is_better_on_the_axis_in_which_the_other_er
 def test_the_command_prints_what_the_function_gives(tmp_path):
     # the second one's plant stays, as its unit is held to the free run; what moves is the document's damping
     moved = {**diagnosis().parameters_after, "a_wx": replace(diagnosis().parameters_after["a_wx"], value=0.2)}
-    folders = [
-        diagnosis().write(tmp_path / "may"),
-        replace(diagnosis(), parameters_after=moved).write(tmp_path / "june"),
-    ]
+    june = replace(diagnosis(), parameters_after=moved)
+    folders = [diagnosis().write(tmp_path / "may"), june.write(tmp_path / "june")]
     log = write_log(simulated_log(), tmp_path / "run.csv")
     assert heli_json("compare", *folders, "--log", log) == json.loads(json.dumps(hi.compare(*folders, log).to_dict()))
     shown = heli("compare", *folders)
     assert "differ between may and june" in " ".join(shown.stdout.split())
+    file = folders[0] / "diagnosis.json"
+    text = file.read_text("utf-8")
+    for old, new, words in (("operating_point", "point", "must be a number"), ('error": 0', 'error": -1', ">= 0.0")):
+        file.write_text(text.replace(old, new), "utf-8")
+        said = heli("compare", *folders)
+        assert said.exit_code == 2 and "diagnosis.json is damaged" in said.output and words in said.output
+
+
+def test_voltages_beyond_the_limit_of_the_rig_are_those_that_its_motors_got(tmp_path):
+    log = simulated_log()
+    strong = replace(log, voltages=5.0 * log.voltages)
+    highest, found = np.abs(strong.voltages).max(), hi.identify(strong)
+    assert found.parameters.values["motor.voltage_limit"].value == highest > 5.0
+    assert 5.0 * found.estimates["k_x"].value == pytest.approx(hi.identify(log).estimates["k_x"].value, rel=2e-2)
+    with _play_log("measured_data", write_log(strong, tmp_path / "log.csv"), None, None, None) as (_, values):
+        assert values["identifier.motor.voltage_limit"] == highest
 
 
 def test_a_function_takes_parameters_and_logs_as_they_are_at_hand(written):
@@ -179,10 +194,8 @@ def test_another_type_of_any_argument_is_refused_in_a_sentence_that_names_it(nam
     (lambda log: hi.read_data_set(str(log)), "training is of type str; needed: sequence of path"),
     (lambda log: hi.diagnose(log, held_out=()), "no log is held out"),
     (lambda log: hi.compare(example_diagnosis(), "nowhere"), "nowhere/diagnosis.json does not exist"),
-    *(
-        (lambda log, voltages=voltages: hi.simulate(TABLE_2, voltages), r"must be finite and of shape \(N, 2\)")
-        for voltages in (np.zeros(5), np.zeros((5, 3)), np.zeros((0, 2)), np.full((5, 2), np.nan))
-    ),
+    *((lambda log, v=voltages: hi.simulate(TABLE_2, v), r"must be finite and of shape \(N, 2\)")
+      for voltages in (np.zeros(5), np.zeros((5, 3)), np.zeros((0, 2)), np.full((5, 2), np.nan))),
 ])  # fmt: skip
 def test_what_a_function_cannot_take_is_said_with_what_it_needs(written, call, said):
     with pytest.raises((ConfigurationError, LogError), match=said):

@@ -34,20 +34,14 @@ def test_the_template_holds_the_defaults_shows_every_key_and_all_of_them_can_be_
 
 
 def test_keys_arrive_where_they_belong_and_a_format_made_in_python_is_held_to_the_same_names(tmp_path):
-    (tmp_path / "heli.toml").write_text(
-        """
-        [rig]
-        motor_time_constant = 0.12
-        voltage_limit = 6
-        encoder_counts = {pitch = 2000, travel = 16384}
-        [log]
-        end = 60.5
-        units = {pitch = "deg"}
-        """
-    )
+    rows = ("[rig]", "motor_time_constant = 0.12", "voltage_limit = 6", "encoder_counts.pitch = 2000")
+    rows += ("encoder_counts.travel = 16384", "[log]", "end = 60.5", 'units = {pitch = "deg"}')
+    (tmp_path / "heli.toml").write_text("\n".join(rows))
     rig = records.read_configuration(tmp_path / "heli.toml")
     form = LogFormat(units={"pitch": "deg"}, end=60.5, encoder_counts=(2000, 4096, 16384), voltage_limit=6.0)
     assert rig == RigConfiguration(motor_time_constant=0.12, format=form)
+    combined = LogFormat(signs={"v_rear": -1}).to_project_signs({"v_sum": 3.0, "v_difference": 1.0})
+    assert combined == {"v_front": 2.0, "v_rear": -1.0}
     with pytest.raises(ConfigurationError, match="log.references.yaw is no axis"):
         LogFormat(references={"yaw": "psi"})
 
@@ -61,11 +55,11 @@ def test_what_is_given_of_the_rig_is_the_configuration_that_all_logs_were_read_w
 
 
 TRUE = read_log(demo_files("rig-b")[0][0], end=45.0)
-RNG = np.random.default_rng(7)
+RNG, TURN = np.random.default_rng(7), 2.0 * np.pi
 
 
 def quantised(angle, counts):
-    step = 2.0 * np.pi / counts
+    step = TURN / counts
     return step * np.round(angle / step)
 
 
@@ -90,14 +84,13 @@ LAYOUTS = {
     "thirteen rows in radians, with references, sum, difference and both voltages": (
         [*angles(), *REFERENCES, DIFFERENCE, SUM, FRONT, REAR], {"v_front": 12, "v_rear": 13}, "rad", {}, False,
     ),
-    "nine rows in degrees, with difference and sum": (
-        [*angles(np.degrees(1.0)), DIFFERENCE, SUM], COMBINED, "deg", {}, False,
-    ),
-    "nine rows, the difference the other way round": (
-        [*angles(), -DIFFERENCE, SUM], COMBINED, "rad", {"v_difference": -1}, False,
-    ),
+    "nine rows in degrees, with v_sum": ([*angles(np.degrees(1.0)), DIFFERENCE, SUM], COMBINED, "deg", {}, False),
+    "nine rows, the difference reversed": ([*angles(), -DIFFERENCE, SUM], COMBINED, "rad", {"v_difference": -1}, False),
     "smooth estimates of the angles behind the measured ones": (
         [*angles(), FRONT, REAR, *(np.convolve(x, np.ones(9) / 9) for x in TRUE.angles[:-8].T)], BOTH, "rad", {}, False,
+    ),
+    "angles from 0 to a turn": (
+        [*(c if k % 2 else c % TURN for k, c in enumerate(angles())), DIFFERENCE, SUM], COMBINED, "rad", {}, False,
     ),
     "the rear rotor before the front one": ([*angles(), REAR, FRONT], BOTH, "rad", {}, True),
     "pitch and elevation that count the other way": (
@@ -126,12 +119,10 @@ def test_the_rows_of_an_unnamed_matrix_are_found_by_what_they_do_to_each_other(t
 
 
 def test_a_file_without_headers_is_looked_into_and_one_of_few_columns_refused(tmp_path):
-    rows = [TRUE.time, *angles(), FRONT, REAR]
+    rows = [np.arange(TRUE.samples), TRUE.time, *angles(), FRONT, REAR]  # the first column counts them
     np.savetxt(tmp_path / "log.csv", np.transpose(rows), delimiter=",", fmt="%.9g")
-    assert guess(tmp_path / "log.csv").format.columns == {
-        "time": "column 1", "travel": "column 2", "pitch": "column 4", "elevation": "column 6",
-        "v_front": "column 8", "v_rear": "column 9",
-    }  # fmt: skip
+    places = {"time": 2, "travel": 3, "pitch": 5, "elevation": 7, "v_front": 9, "v_rear": 10}
+    assert guess(tmp_path / "log.csv").format.columns == {s: f"column {place}" for s, place in places.items()}
     np.savetxt(tmp_path / "log.csv", np.transpose((TRUE.time, FRONT, REAR)), delimiter=",", header="a,b,c", comments="")
     with pytest.raises(LogError, match="2 columns of numbers .* two voltages and three angles of a rig are not found"):
         guess(tmp_path / "log.csv")
@@ -170,10 +161,12 @@ def test_wrong_columns_and_signs_are_noticed_on_reading():
 def test_what_was_asked_of_an_axis_is_found_by_its_name(tmp_path):
     asked = np.where(np.arange(TRUE.samples) // 500 % 2, 5.0, 0.0)
     values = np.column_stack((*TRUE.columns.values(), asked, np.radians(asked), asked))
+    values[:, 3:6] *= 2.0  # as if the encoders had half the counts
     path, names = tmp_path / "asked.csv", ",".join(TRUE.columns)
     np.savetxt(path, values, delimiter=",", header=f"{names},elev_ref [deg],pitch setpoint,a", comments="")
     found = guess(path)
     assert found.format.references == {"pitch": "pitch setpoint", "elevation": "elev_ref [deg]"}
+    assert found.format.encoder_counts == (2048, 2048, 4096)
     read = read_log(path, found.format).references
     # a column without a unit has that of its axis
     np.testing.assert_allclose(read["elevation"], read["pitch"], atol=1e-9)

@@ -23,19 +23,14 @@ COLUMNS, FIELDS = columns(), as_struct()
 
 def same(log):
     """Whether a log is the true one, but for the rounding of a decimal number to degrees and back."""
-    return (
-        (log.samples, log.rate_hz) == (TRUE.samples, TRUE.rate_hz)
-        and np.allclose(log.voltages, TRUE.voltages, rtol=1e-13, atol=1e-13)
-        and np.allclose(log.angles, TRUE.angles, rtol=1e-13, atol=1e-13)
-    )
+    pairs = ((log.voltages, TRUE.voltages), (log.angles, TRUE.angles))
+    evenly = (log.samples, log.rate_hz) == (TRUE.samples, TRUE.rate_hz)
+    return evenly and all(np.allclose(*pair, rtol=1e-13, atol=1e-13) for pair in pairs)
 
 
 def structs(**fields):
     """An array of structs, of the values of each field."""
-    out = np.zeros(len(next(iter(fields.values()))), dtype=[(name, object) for name in fields])
-    for index, row in enumerate(zip(*fields.values(), strict=True)):
-        out[index] = row
-    return out
+    return np.array([*zip(*fields.values(), strict=True)], dtype=[(name, object) for name in fields])
 
 
 # Simulink's structure with time: one signal of two columns, and three of one
@@ -68,10 +63,11 @@ def test_structs_and_tables_of_either_version_are_read(tmp_path, version):
 
 
 def excel(path):
-    """Write a sheet with lines above its table, and a row of units below the names."""
+    """Write a sheet with lines above its table and a row of units below the names, behind a sheet of notes."""
     book = pytest.importorskip("openpyxl").Workbook()
     for row in (["north lab"], [], list(NAMES), list(UNITS), *COLUMNS.T.tolist()):
         book.active.append(row)
+    book.create_sheet("notes", 0)["B9"] = "flown by hand"
     book.save(path)
 
 
@@ -117,9 +113,7 @@ def test_what_is_no_signal_may_have_another_length(tmp_path):
     assert same(read_log(tmp_path / "log.mat"))
 
 
-@pytest.mark.parametrize(
-    ("read", "argument"), [(os.abort, ()), (exec, ("while True: pass",)), (bytes, (2 * 10**9,))],
-)  # fmt: skip
+@pytest.mark.parametrize("read, argument", [(os.abort, ()), (exec, ("while True: pass",)), (bytes, (2 * 10**9,))])
 def test_a_reader_that_crashes_hangs_or_asks_for_all_memory_is_a_damaged_file(monkeypatch, read, argument):
     if read is bytes:
         pytest.importorskip("resource")  # Windows bounds no memory

@@ -42,6 +42,9 @@ def test_a_log_is_a_value_that_derives_step_samples_and_duration_from_its_rate()
     assert HIGHEST_VOLTAGE == VOLTAGE_BOUND  # what is read can be flown by the units
 
 
+PUSH = (records.Event("some", "pitch", 2.0, 3.0, 2.0, 3.0, "force", 0.1),)
+
+
 @pytest.mark.parametrize(("change", "words"), [
     ({"voltages": np.zeros((600, 3))}, r"voltages has shape \(600, 3\), \(600, 2\)"),
     ({"angles": np.full((600, 3), np.nan)}, "angles is not finite at sample 0"),
@@ -49,6 +52,8 @@ def test_a_log_is_a_value_that_derives_step_samples_and_duration_from_its_rate()
     ({"rate_hz": 0.0}, "rate_hz = 0.0 Hz must be positive"),
     ({"voltages": np.zeros((1, 2)), "angles": np.zeros((1, 3))}, "it has 1 sample, 2 are needed"),
     ({"references": {"yaw": np.zeros(600)}}, "'yaw' is no axis"),
+    ({"name": "other", "events": PUSH}, "an event of log 'some' is not of this log"),
+    ({"events": [replace(*PUSH, end=1.0)]}, "an event from 2 s to 1 s is no passage"),
 ])  # fmt: skip
 def test_a_log_that_contradicts_itself_is_refused(change, words):
     with pytest.raises(LogError, match=words):
@@ -70,8 +75,8 @@ def test_a_written_log_reads_back_as_it_was(tmp_path_factory, seed, rate_hz):
 
 def test_logs_of_one_name_are_told_apart_by_their_folders_or_numbered(tmp_path):
     log = some_log()
-    again = records.read_logs([log, log, replace(log, name="other")])
-    assert [own.name for own in again] == ["some", "some (2)", "other"]
+    again = records.read_logs([log, replace(log, events=PUSH), replace(log, name="other")])
+    assert [own.name for own in again] == ["some", "some (2)", "other"] and again[1].events[0].log == "some (2)"
     paths = [records.write_log(log, tmp_path / day / "logs" / "run.csv") for day in ("monday", "tuesday")]
     (seen,), (judge,) = records.read_data_set(paths[:1], paths[1:])
     assert (seen.name, judge.name) == ("monday/logs/run", "tuesday/logs/run")

@@ -126,18 +126,17 @@ def test_a_foreign_log_is_read_through_its_configuration(tmp_path):
     columns = [1e3 * t, 1e3 * rear, front, np.degrees(-pitch), np.round(elevation * counts), travel]
     lines = rewritten(columns, ["ms", "u1 [mV]", "u2", "theta (deg)", "eps [rad]", "travel [rad]"])
     named = {"time": "ms", "v_front": "u1 [mV]", "v_rear": "u2", "pitch": "theta (deg)", "elevation": "eps [rad]"}
-    rig = RigConfiguration(format=LogFormat(
-        columns=named, units={"time": "ms", "v_rear": "V", "elevation": "counts"}, signs={"pitch": -1},
-        swap_rotors=True, encoder_counts=(4096, 2000, 8192), decimal=",",
-    ))  # fmt: skip
+    units, encoders = {"time": "ms", "v_rear": "V", "elevation": "counts"}, (4096, 2000, 8192)
+    form = LogFormat(named, units, {"pitch": -1}, swap_rotors=True, encoder_counts=encoders, decimal=",")
+    rig = RigConfiguration(format=form)
     log = read_log(written(tmp_path, [line.replace(",", ";").replace(".", ",") for line in lines]), rig)
     assert log.configuration == rig
     assert np.allclose(log.voltages, TRUTH[:, 1:3], rtol=1e-14)
     assert np.allclose(log.angles[:, 0], pitch, rtol=1e-14)
     assert np.abs(log.angles[:, 1] - elevation).max() <= 0.5 / counts + 1e-12  # half a count, by rounding
-    converted = (("time", "ms", "s"), ("v_front", "mV", "V"), ("pitch", "deg", "rad"), ("elevation", "counts", "rad"))
-    said = [f"{name} converted from {old} to {new}" for name, old, new in converted]
-    assert log.notes == (*said, "sign of pitch flipped", "front and rear voltage swapped")
+    changes = "time converted from ms to s; v_front converted from mV to V; pitch converted from deg to rad"
+    more = "elevation converted from counts to rad; sign of pitch flipped; front and rear voltage swapped"
+    assert "; ".join(log.notes) == f"{changes}; {more}"
 
 
 def test_voltages_before_the_limit_of_the_amplifiers_are_limited_where_that_is_stated(tmp_path):
@@ -176,13 +175,15 @@ def test_odd_values_are_accepted_and_pointed_out(tmp_path):
     columns[4] = 0.25
     turned = 0.02 * np.arange(1001)  # 20 rad in all, folded into one turn
     columns[5] = (turned + np.pi) % (2.0 * np.pi) - np.pi
-    log = read_log(written(tmp_path, rewritten(columns)))
+    asked = (turned - 0.1 + np.pi) % (2.0 * np.pi) + np.pi  # begins on the other side of the seam
+    log = read_log(written(tmp_path, rewritten([*columns, asked], [*CONTRACT_HEADERS, "travel_reference"])))
     assert np.allclose(log.angles[:, 2], turned, atol=1e-12)
-    assert log.notes[0] == "travel unwrapped at 3 jumps of whole turns"
-    assert log.notes[1].startswith("v_front exceeds ±5 V in 10 of 1001 samples (up to 6 V)")
-    assert log.notes[2].startswith("pitch reaches 4 rad, more than half a turn: are these degrees?")
-    assert log.notes[3].startswith("elevation never changes")
-    assert read_log(tmp_path / "log.csv", LogFormat(voltage_limit=6.0)).notes == (log.notes[0], *log.notes[2:])
+    assert np.allclose(log.references["travel"], turned - 0.1, atol=1e-12)
+    assert log.notes[:2] == ("travel unwrapped at 3 jumps of whole turns", "travel_reference taken from the same turns")
+    assert log.notes[2].startswith("v_front exceeds ±5 V in 10 of 1001 samples (up to 6 V)")
+    assert log.notes[3].startswith("pitch reaches 4 rad, more than half a turn: are these degrees?")
+    assert log.notes[4].startswith("elevation never changes")
+    assert read_log(tmp_path / "log.csv", LogFormat(voltage_limit=6.0)).notes == (*log.notes[:2], *log.notes[3:])
 
 
 def test_a_last_line_without_a_line_break_may_be_cut_and_is_left_out(tmp_path):

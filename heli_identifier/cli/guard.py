@@ -67,7 +67,8 @@ def error_sentence(error: Any) -> str | None:
     """Return the sentence for an error; None for an error of the program itself."""
     if hasattr(error, "format_message"):  # only a usage error has it; the module of its class depends on the version
         sentence = error.format_message().rstrip(".")
-        return sentence if sentence.endswith("?") else f"{sentence}; see {error.ctx.command_path} --help"
+        command = error.ctx.command_path if error.ctx else "heli"  # an option without its value has no context
+        return sentence if sentence.endswith("?") else f"{sentence}; see {command} --help"
     if isinstance(error, MemoryError):
         return "there is not enough memory for this; give less data or ask for less of it"
     if not isinstance(error, IdentifierError | PlantError | FmuError | OSError):

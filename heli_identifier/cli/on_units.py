@@ -12,7 +12,7 @@ import typer
 import fmu_src
 import heli_identifier as hi
 from fmu_src import master
-from heli_identifier import results
+from heli_identifier import records, results
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import argument, flag, option
 from heli_identifier.cli.terminal import note, print_answer, progress_bar, warn
@@ -198,9 +198,11 @@ def _play_log(
         return
     if path is None:
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
-    ((log,), _) = args.read_logs_of_rig([path], config, start, end)
+    ((log,), rig) = args.read_logs_of_rig([path], config, start, end)
+    limit, _ = records.highest_voltage([log], rig.format.voltage_limit)
     with results.play_log(log) as values:
         values |= {"identifier.sample.time": log.step, "corrector.sample.time": log.step}
+        values["identifier.motor.voltage_limit"] = limit
         yield log, {name: value for name, value in values.items() if name.partition(".")[0] in units}
 
 

@@ -15,6 +15,7 @@ from .data_set import demo_files as demo_files
 from .data_set import demo_logs as demo_logs
 from .data_set import drop_excerpts as drop_excerpts
 from .data_set import excitation_notes as excitation_notes
+from .data_set import highest_voltage as highest_voltage
 from .data_set import read_data_set as read_data_set
 from .data_set import read_logs as read_logs
 from .guess import guess as guess

@@ -1,7 +1,7 @@
 """Read binary formats: MATLAB, Parquet, TDMS of LabVIEW, MF4 and MDF of measurement systems, and Excel.
 
-If a file states the unit of a signal, it is added to the name in brackets, as in a header. Of a workbook the first
-sheet with a table is read, and its rows are treated like the lines of a text file.
+If a file states the unit of a signal, it is added to the name in brackets, as in a header. Of a workbook the sheet with
+the most rows is read, and its rows are treated like the lines of a text file.
 
 | in a MATLAB file | column |
 |---|---|
@@ -26,6 +26,7 @@ import pickle
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -162,7 +163,7 @@ def _read_mdf(path: Path, file: str, format: LogFormat) -> _Columns:
 
 
 def _read_workbook(path: Path, file: str, format: LogFormat) -> Table:
-    """Read the first sheet of an Excel workbook that holds a table."""
+    """Read the sheet of an Excel workbook that has the most rows."""
     import pandas
 
     check_zip(path)
@@ -170,12 +171,12 @@ def _read_workbook(path: Path, file: str, format: LogFormat) -> Table:
         sheets = pandas.read_excel(
             stream, sheet_name=None, header=None, dtype=object, na_filter=False, engine="openpyxl"
         )
-    for title, frame in sheets.items():
-        text = frame.to_csv(sep="\t", header=False, index=False)
-        if text.count("\n") > 2:
-            name = file if len(sheets) == 1 else f"{file}, sheet {title!r}"
-            return read_text(text.encode(), name, LogFormat(columns=format.columns))
-    raise LogError(f"{file} holds no table in any of its sheets ({', '.join(map(repr, sheets))}).")
+    title, frame = max(sheets.items(), key=lambda sheet: len(sheet[1]))
+    if len(frame) < 3:
+        raise LogError(f"{file} holds no table in any of its sheets ({', '.join(map(repr, sheets))}).")
+    frame = frame.map(lambda cell: str(cell).replace(".", format.decimal) if isinstance(cell, float) else cell)
+    table = read_text(frame.to_csv(sep="\t", header=False, index=False).encode(), file, format)
+    return table if len(sheets) == 1 else replace(table, notes=(f"sheet {title!r} is read", *table.notes))
 
 
 def _read_matlab(path: Path, file: str, format: LogFormat) -> _Columns:

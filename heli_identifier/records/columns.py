@@ -61,14 +61,16 @@ class Table:
         if invalid.any():
             sample = rows.start + int(invalid.argmax())
             text = str(self.columns[column.index][sample]).strip()
-            problem = "the cell is empty or NaN"
+            problem, stamp = "the cell is empty or NaN", f"time stamp like 2026-03-01T12:00:00.010 ({STAMP})"
             advice = "correct the cell, or cut the stretch away with --from and --to"
             if text not in ("", "nan", "NaT"):  # an empty cell has become NaN
                 cell = repr(text if len(text) <= _LONGEST_CELL else f"{text[:_LONGEST_CELL]}...")
-                reason = "no time stamp like 2026-03-01T12:00:00.010" if column.unit == STAMP else "not a finite number"
+                reason = f"no {stamp}" if column.unit == STAMP else "not a finite number"
                 problem = f"the cell holds {cell}, which is {reason}"
             if DECIMAL_COMMA.fullmatch(text):
                 advice = f"set decimal = ',' under [log] of {HELI_TOML}; if it is set, write all numbers with one mark"
+            elif column.signal == "time" and ":" in text and column.unit != STAMP:
+                advice = f"a {stamp} needs time = '{STAMP}' under [log.units] of {HELI_TOML}"
             raise LogError(f"{self.file}, row {self.first_row + sample}, column {header}: {problem}; {advice}.")
         counts = values / column.factor
         if column.unit == "counts" and (uneven := np.abs(counts - np.round(counts)) > _COUNT_TOLERANCE).mean() > 0.5:
@@ -130,7 +132,7 @@ def find_columns(table: Table, format: LogFormat) -> list[Column]:
     if missing := [signal for signal in required if not places[signal]]:
         taken = {index for signal in required for index in places[signal]}
         raise LogError(_describe_missing(file, missing, names, headers, taken))
-    columns, unknown = list[Column](), dict[str, str]()
+    columns, unknown, units = list[Column](), dict[str, str](), dict(format.units)
     for signal in (*required, *(name for name in REFERENCES if name not in names and len(places[name]) == 1)):
         index, axis = places[signal][0], signal.removesuffix("_reference")
         problem = ""
@@ -141,12 +143,13 @@ def find_columns(table: Table, format: LogFormat) -> list[Column]:
             problem = f"column {headers[index]!r} is taken for {owner} and for {signal}; name the column of each"
         if problem:
             raise LogError(f"{file}: {problem} under [log.columns] of {HELI_TOML}.")
-        unit_text = format.units.get(signal) or name_and_unit(headers[index])[1]
+        unit_text = units.get(signal) or name_and_unit(headers[index])[1]
         if unit_text is None:
-            cells = table.columns[index]
-            is_stamp = signal == "time" and cells.dtype.kind in "OM" and np.isfinite(read_stamps(cells[:1])).any()
-            unit_text = STAMP if is_stamp else format.units.get(axis)
+            cells = table.columns[index][:1]
+            is_stamp = cells.dtype.kind in "OM" and (":" in str(cells) or np.isfinite(read_stamps(cells)).any())
+            unit_text = STAMP if signal == "time" and is_stamp else units.get(axis)
         if unit := parse_unit(signal, unit_text or ""):
+            units[signal] = unit
             columns.append(Column(signal, index, unit, factor_to_si(signal, unit, format.counts_per_turn(axis))))
         elif signal in required:
             reason = f"unit {unit_text!r} is unknown" if unit_text else "the unit is missing"

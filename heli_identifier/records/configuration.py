@@ -104,11 +104,11 @@ class LogFormat:
 
         Opposite signs of sum and difference exchange front and rear voltage; the sign of the sum applies to both.
         """
+        signals = dict(signals)
+        if "v_sum" in signals:
+            total, difference = (signals.pop(name) for name in COMBINED)
+            signals |= {"v_front": 0.5 * (total + difference), "v_rear": 0.5 * (total - difference)}
         values = {name: value * self.sign(name.removesuffix("_reference")) for name, value in signals.items()}
-        if "v_sum" in values:
-            total, difference = signals["v_sum"], signals["v_difference"]
-            values = {name: value for name, value in values.items() if name not in COMBINED}
-            values |= {"v_front": 0.5 * (total + difference), "v_rear": 0.5 * (total - difference)}
         if (self.sign("v_sum") != self.sign("v_difference")) != self.swap_rotors:
             values["v_front"], values["v_rear"] = values["v_rear"], values["v_front"]
         return values | {name: self.sign("v_sum") * values[name] for name in VOLTAGES}

@@ -77,7 +77,9 @@ def _make_names_unique(logs: Sequence[Log]) -> tuple[Log, ...]:
             name = "/".join((*folders[log.path][len(os.path.commonprefix(of_name)) :], name))
         count[name] += 1
         name = name if count[name] == 1 else f"{name} ({count[name]})"
-        renamed.append(log if name == log.name else replace(log, name=name))  # a copy takes as much memory again
+        if name != log.name:  # a copy takes as much memory again
+            log = replace(log, name=name, events=tuple(replace(event, log=name) for event in log.events))
+        renamed.append(log)
     return tuple(renamed)
 
 
@@ -159,6 +161,14 @@ def excitation_notes(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[
                     f"deviation of {deviation:.2g} V, that of the training logs {usual:.2g} V. It says little on {axes}"
                 )
     return tuple(notes)
+
+
+def highest_voltage(logs: Sequence[Log], limit: float) -> tuple[float, tuple[str, ...]]:
+    """Return the rig's ``limit`` [V], or the highest voltage of its logs if this is larger, and a note if it is."""
+    highest = max(float(np.abs(log.voltages).max()) for log in logs)
+    beyond = f"voltages reach {highest:.2f} V, beyond the limit of {limit:g} V"
+    remedy = "the plant saturates at the highest voltage of the training logs. Set the rig's limit in its configuration"
+    return (highest, (f"{beyond}; {remedy}",)) if highest > limit else (limit, ())
 
 
 def _path_or_name(log: Log) -> str:

@@ -1,7 +1,7 @@
 """Guess what an unknown log holds: its columns, units and signs, each with the reason.
 
 An unambiguous name decides. The time is the column that increases evenly. The unit of an angle follows from the size of
-its steps, which are those of an encoder, or from its range.
+its steps, which are those of an encoder, from jumps by a turn, or from its range.
 
 If columns have no names, as in the unnamed matrices of Simulink and QUARC, every choice of pitch p, elevation e, travel
 t and a pair of voltages is scored by the shares of the three accelerations that the voltages explain (`response`),
@@ -102,7 +102,7 @@ def guess(path: str | PathLike[str]) -> Guess:
         units[signal], reasons[f"units.{signal}"], count = _guess_unit(signal, headers[index], candidates[index])
         counts[signal] = count or CONTRACT.counts_per_turn(signal)
         values[signal] = candidates[index] * factor_to_si(signal, units[signal], counts[signal])
-    values = CONTRACT.to_project_signs(values)
+    values = CONTRACT.to_project_signs({s: np.unwrap(v) if s in ANGLES else v for s, v in values.items()})
     voltages, angles = (np.column_stack([values[signal] for signal in signals]) for signals in (VOLTAGES, ANGLES))
     limit = CONTRACT.voltage_limit
     highest = float(np.abs(voltages).max())
@@ -111,7 +111,7 @@ def guess(path: str | PathLike[str]) -> Guess:
             f"the voltages exceed {limit:g} V, so they are taken for commands before the amplifiers limit them; if the "
             f"motors got them, set voltage_limit = {np.ceil(highest):g} under [rig] and take this away"
         )
-    start = None if unit == STAMP else _find_take_off(seconds, candidates[chosen["elevation"]], reasons)
+    start = None if unit == STAMP else _find_take_off(seconds, values["elevation"], reasons)
     first = 0 if start is None else int((seconds >= start).argmax())
     gains = response.find_responses(np.clip(voltages, -limit, limit)[first:], angles[first:], rate_hz)
     signs, swap = _guess_signs("v_front" in chosen, gains, reasons)
@@ -159,8 +159,10 @@ def _find_time(
             return named, STAMP, seconds
     clocks = [i for i, v in numbers.items() if _is_clock(v)]
     if not clocks:
-        raise LogError(f"{table.file}: no column increases from row to row, so none is the time; add one.")
-    time = named if named in clocks else clocks[0]
+        kinds = f"in seconds, or as time stamps of {STAMP}"
+        raise LogError(f"{table.file}: no column increases from row to row, so none is the time; add one {kinds}.")
+    unnamed = next((i for i in clocks if (np.diff(numbers[i]) != 1.0).any()), clocks[0])  # steps of 1 may count rows
+    time = named if named in clocks else unnamed
     if time != named:
         reasons["columns.time"] = "increases evenly from row to row"
     header_unit = name_and_unit(table.headers[time])[1]
@@ -188,7 +190,10 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
     indices, columns = list(candidates), np.column_stack([*candidates.values()])
     known = {signal: indices.index(index) for signal, index in named.items() if index in candidates}
     values, step = response.average(columns, rate_hz)
-    signals = response.filter_columns(values, step)
+    factors = [_guess_factor(column) for column in columns.T]
+    unwrapped = [np.unwrap(column, period=2.0 * np.pi / f) for column, f in zip(columns.T, factors, strict=True)]
+    angles, _ = response.average(np.column_stack(unwrapped), rate_hz)
+    signals = response.filter_columns(angles, step)
     excluded = response.find_derivatives(signals) | {*known.values()}
     free = [i for i, extent in enumerate(np.ptp(values, axis=0)) if extent > 0.0 and i not in excluded]
     bonus = [_ENCODER_BONUS * (quantisation_step(column) > 0.0) for column in columns.T]
@@ -210,9 +215,7 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
     elevation_score = np.stack([fit_gains(signals, e, by_total).share + bonus[e] for e in options["elevation"]])
     best, chosen = -np.inf, dict[str, int]()
     for p in options["pitch"]:
-        unit, _, count_per_turn = _guess_angle_unit(columns[:, p])
-        pitch = values[:, p] * factor_to_si("pitch", unit, count_per_turn or CONTRACT.counts_per_turn("pitch"))
-        by_thrust = response.filter_columns(total * np.sin(pitch)[:, None], step).value
+        by_thrust = response.filter_columns(total * np.sin(factors[p] * angles[:, [p]]), step).value
         pitch_score = fit_gains(signals, p, by_difference).share + bonus[p] + _FRONT_REAR_BONUS * is_front_rear
         travel_score = np.stack([2.0 * fit_gains(signals, t, by_thrust).share + bonus[t] for t in options["travel"]])
         score = pitch_score + travel_score[:, None] + elevation_score  # by travel, elevation and pair
@@ -229,24 +232,37 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
 
 def _guess_unit(signal: str, header: str, values: Array) -> tuple[str, str, int | None]:
     """Guess the unit of a column, with the reason and, if its steps show them, the counts per turn of its encoder."""
-    header_unit = name_and_unit(header)[1]
-    if unit := parse_unit(signal, header_unit or ""):
-        return unit, f"its header says [{header_unit}]", None
-    if signal in ANGLES:
-        return _guess_angle_unit(values)
-    sizes = np.abs(values)
-    return "mV" if 200.0 < sizes.max() < 5e4 and np.median(sizes) > 100.0 else "V", f"reaches {sizes.max():.3g}", None
+    header_unit, sizes = name_and_unit(header)[1], np.abs(values)
+    unit = "mV" if 200.0 < sizes.max() < 5e4 and np.median(sizes) > 100.0 else "V"
+    guessed = _guess_angle_unit(values) if signal in ANGLES else (unit, f"reaches {sizes.max():.3g}", None)
+    if stated := parse_unit(signal, header_unit or ""):
+        return stated, f"its header says [{header_unit}]", guessed[2]
+    return guessed
+
+
+def _guess_factor(values: Array) -> float:
+    """Guess the factor to radians of a column, as if it held an angle."""
+    unit, _, count = _guess_angle_unit(values)
+    return factor_to_si("pitch", unit, count or CONTRACT.counts_per_turn("pitch"))
 
 
 def _guess_angle_unit(values: Array) -> tuple[str, str, int | None]:
-    """Guess the unit of an angle from its steps or its range; the rest as `_guess_unit`."""
+    """Guess the unit of an angle from its steps or its range; the rest as `_guess_unit`.
+
+    Jumps of nearly a turn, beyond which no value lies, show how large a turn is.
+    """
+    extent, jump = float(np.ptp(values)), float(np.abs(np.diff(values)).max())
+    turns = (turn for turn in (2.0 * np.pi, 360.0, *_COUNTS) if extent < 1.001 * turn and jump > 0.95 * turn)
+    wrapped = next(turns, 0.0)
     if step := quantisation_step(values):
         if abs(step - 1.0) < 1e-6:
-            return "counts", "it changes by whole numbers", None
+            return "counts", "it changes by whole numbers", int(wrapped) if wrapped in _COUNTS else None
         for count in _COUNTS:
             for unit, turn in (("rad", 2.0 * np.pi), ("deg", 360.0)):
                 if abs(step * count / turn - 1.0) < 2e-3:
                     return unit, f"it changes by {step:.5g}, a {count}th of a turn in {unit}", count
+    if stated := {2.0 * np.pi: "rad", 360.0: "deg"}.get(wrapped):
+        return stated, f"it jumps by {jump:.4g}, a turn in {stated}", None
     largest = float(np.abs(values).max())
     unit, size = ("deg", "more") if largest > np.pi else ("rad", "less")
     return unit, f"it reaches {largest:.3g}, {size} than half a turn in rad", None

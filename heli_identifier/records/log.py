@@ -71,7 +71,7 @@ class Log:
     configuration: RigConfiguration | None = None
     """Configuration of the rig, if the log was read with one."""
     events: tuple[Event, ...] = ()
-    """Passages in which something other than the plant acts; every fit leaves them out."""
+    """Passages in which something other than the plant acts; a diagnosis leaves them out, `identify` does not."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rate_hz", float(self.rate_hz))
@@ -96,6 +96,10 @@ class Log:
         axes = (*self.references, *(event.axis for event in self.events))
         wrong = next((axis for axis in axes if axis not in ANGLES), None)
         self._require(wrong is None, f"{wrong!r} is no axis; choose one of {', '.join(ANGLES)}")
+        for event in self.events:
+            self._require(event.log == self.name, f"an event of log {event.log!r} is not of this log; rename it")
+            is_passage = -inf < event.start <= event.end < inf
+            self._require(is_passage, f"an event from {event.start:g} s to {event.end:g} s is no passage; correct it")
         self._require(0.0 < self.rate_hz < inf, f"rate_hz = {self.rate_hz} Hz must be positive")
         self._require(count >= 2, f"it has {count} sample{'' if count == 1 else 's'}, 2 are needed")
 

@@ -1,8 +1,8 @@
 """Check that a rig can reach the values of a log; if not, a unit is wrong or an encoder failed.
 
-Mechanics limit pitch and elevation to less than a quarter of a turn either way; an encoder that counts within one turn
-may add a turn. Travel is unlimited but slow: at two turns a second the end of an arm of .65 m would see ten times the
-acceleration of gravity. Bench motors run on a few volts, at most some tens.
+Mechanics limit pitch and elevation to less than a quarter of a turn either way; an encoder that counts from 0 to a turn
+may add a turn, which is taken off. Travel is unlimited but slow: at two turns a second the end of an arm of .65 m would
+see ten times the acceleration of gravity. Bench motors run on a few volts, at most some tens.
 
 A logger that wraps its angles into one turn makes jumps of whole turns, and one that loses count jumps by a turn. No
 such jump is larger than two turns, and none returns within one sample, unless the angle lies at the edge at which it
@@ -54,12 +54,14 @@ _JUMP = np.pi  # from one sample to the next this is 157 rad/s at the lowest rat
 _OFF_TURN = 0.5  # largest motion of the rig during a jump [rad]: 25 rad/s at the lowest rate
 
 
-def unwrap_angle(angle: Array, signal: str, file: str, row: int) -> tuple[Array, list[str]]:
+def unwrap_angle(angle: Array, column: Column, file: str, row: int) -> tuple[Array, list[str]]:
     """Unwrap an angle [rad], shape (N,), and return it with notes; ``row`` is that of its first sample in the file.
 
-    A LogError names the row in which the angle jumps by more than half a turn, but not by one or two whole turns, or
-    leaves for one sample: the encoder or the logger failed.
+    A turn is taken off a pitch or an elevation around 2 pi. A LogError names the row in which the angle jumps by more
+    than half a turn, but not by one or two whole turns, or leaves for one sample: the encoder or the logger failed, or
+    the unit is wrong.
     """
+    signal = column.signal
     with np.errstate(over="ignore", invalid="ignore"):  # by values like 1e308, which are refused below
         jumps = np.diff(angle)
         size, off_turn = np.abs(jumps), np.abs(jumps - _TURN * np.round(jumps / _TURN))
@@ -72,23 +74,33 @@ def unwrap_angle(angle: Array, signal: str, file: str, row: int) -> tuple[Array,
             outlier &= np.abs(deviation - _TURN) > _OFF_TURN  # a turn to and fro at the edge is the last count
     large = size > _JUMP
     impossible = large & ~((off_turn <= _OFF_TURN) & (size <= _MOST_TURNS * _TURN + _OFF_TURN))
-    advice = "cut the log there with --from and --to."
+    remedy = f"state its unit under [log.units] of {HELI_TOML}, or cut the log there with --from and --to."
+    advice = f"when read in {column.unit}, which no rig can; correct the value, {remedy}"
     if outlier.any():
         at = int(outlier.argmax()) + 1
         before, value, after = angle[at - 1 : at + 2]
         raise LogError(
             f"{file}, row {row + at}: {signal} is {value:.6g} rad for one sample, {before:.4g} rad before and "
-            f"{after:.4g} rad after it, which no rig can; is it a mark of a missing value? Correct the value or "
-            f"{advice}"
+            f"{after:.4g} rad after it {advice} Is it a mark of a missing value?"
         )
     if impossible.any():
         at = int(impossible.argmax())
         jump = f"{signal} jumps by {jumps[at]:.3g} rad from the row before"
-        raise LogError(f"{file}, row {row + at + 1}: {jump}, which no rig can; correct the value or {advice}")
-    count = int(large.sum())
-    if not count:
-        return angle, []
-    return np.unwrap(angle), [f"{signal} unwrapped at {count} jump{'' if count == 1 else 's'} of whole turns"]
+        raise LogError(f"{file}, row {row + at + 1}: {jump} {advice}")
+    notes = list[str]()
+    if count := int(large.sum()):
+        angle = np.unwrap(angle)
+        notes.append(f"{signal} unwrapped at {count} jump{'' if count == 1 else 's'} of whole turns")
+    turn = whole_turns(angle)
+    if signal != "travel" and turn == _TURN:  # more turns are another unit
+        notes.append(f"{signal} lies around {np.median(angle):.3g} rad and is read a turn lower: is its unit right?")
+        angle = angle - turn
+    return angle, notes
+
+
+def whole_turns(angle: Array) -> float:
+    """Return the whole turns [rad] by which an angle, shape (N,), lies off zero."""
+    return _TURN * float(np.round(np.median(angle / _TURN)))
 
 
 def why_still(angle: Array) -> str | None:

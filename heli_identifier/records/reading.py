@@ -19,7 +19,7 @@ from .binary import READERS, TOO_LARGE, read_binary
 from .columns import Array, Column, Table, find_columns
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
-from .plausibility import check_plausible, describe_values, unwrap_angle
+from .plausibility import check_plausible, describe_values, unwrap_angle, whole_turns
 from .text import read_text
 from .timing import find_sampling, mean_of_held
 from .units import ANGLES, COMBINED, REFERENCES, SI_UNIT, VOLTAGES
@@ -62,16 +62,29 @@ def read_log(
     columns = find_columns(table, format)
     start, end = format.start if start is None else start, format.end if end is None else end
     rows, notes = _crop(table, columns[0], start, end)
-    values = {column.signal: table.numbers(column, rows) for column in columns}
+    values, notes = _Signals(), [*table.notes, *notes]
+    unasked = {name for axis, name in zip(ANGLES, REFERENCES, strict=True) if axis not in format.references}
+    for column in columns:
+        try:
+            values[column.signal] = table.numbers(column, rows)
+        except LogError as error:
+            if column.signal not in unasked:
+                raise
+            notes.append(f"{column.signal} is left out: {str(error).rstrip('.')}")
+    columns = [column for column in columns if column.signal in values]
     time = values.pop("time")
-    notes = [*table.notes, *notes]
     file, row = table.file, table.first_row + rows.start
     del table  # it may be large, and its columns have been copied
 
     rate_hz, grid, resampled = find_sampling(time, file, row)
     unwrapped = []
-    for signal in ANGLES:
-        values[signal], note = unwrap_angle(values[signal], signal, file, row)
+    for column, reference in zip(columns[3:6], REFERENCES, strict=True):
+        angle, note = unwrap_angle(values[column.signal], column, file, row)
+        if note and reference in values:  # of itself it may jump by any angle
+            asked = np.unwrap(values[reference])
+            values[reference] = asked - whole_turns(asked - angle)
+            note.append(f"{reference} taken from the same turns")
+        values[column.signal] = angle
         unwrapped += note
     if time[0] != 0.0:
         notes.append(f"time counts from 0, which the file calls {time[0]:g} s")

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
 
-from .columns import Table
+from .columns import DECIMAL_COMMA, Table
 from .configuration import LogFormat
 from .units import CONTRACT_HEADERS, SIGNALS, parse_unit, with_unit
 
@@ -109,6 +109,8 @@ def _parse_numbers(cells: Sequence[str], decimal: str) -> NDArray[Any]:
         if "_" not in "".join(cells):  # 1_0 is ten in Python only
             texts = [cell.translate(_SWAP_MARKS) for cell in cells] if decimal == "," else cells
             return np.array([text.strip() or "nan" for text in texts], dtype=float)
+    if decimal == ",":  # the column holds a word, and numbers beside it
+        cells = [c.replace(",", ".") if DECIMAL_COMMA.fullmatch(c.strip()) else c for c in cells]
     return np.array(cells, dtype=object)
 
 

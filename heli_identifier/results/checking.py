@@ -88,11 +88,7 @@ class Check(Tabular):
 
 
 @check_types
-def check(
-    logs: LogSource | Sequence[LogSource],
-    parameters: ParameterSource,
-    factor: float = 1.3,
-) -> Check:
+def check(logs: LogSource | Sequence[LogSource], parameters: ParameterSource, factor: float = 1.3) -> Check:
     """Check that a model predicts new logs as well as a diagnosis found for its corrected model.
 
     An axis of a log passes if the root-mean-square error of its 1 s prediction is at most ``factor`` times the error

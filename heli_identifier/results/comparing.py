@@ -15,12 +15,13 @@ from heli_identifier.online import GAINS, Estimate
 from heli_identifier.records import LogSource, read_logs
 from heli_identifier.results.ahead import errors_ahead
 from heli_identifier.results.diagnosis import Diagnosis, DiagnosisFile, ErrorFigure
-from heli_identifier.results.documents import read_document
+from heli_identifier.results.documents import damage_error, read_document
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters
 from heli_identifier.results.sources import read_parameters
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import AHEAD, angle_text, effect_name, join_words, with_interval
 from heli_identifier.signatures import check_types
+from heli_plant.effects import AXES
 
 
 @dataclass(frozen=True)
@@ -179,7 +180,10 @@ def _open_diagnosis(source: Diagnosis | str | PathLike[str], name: str) -> tuple
     folder = Path(source)
     is_file = folder.exists() and not folder.is_dir()
     refuse(is_file, f"{folder} is a file; name the folder that `heli diagnose` wrote.")
-    document = read_document(folder / "diagnosis.json", DiagnosisFile)
+    document = read_document(file := folder / "diagnosis.json", DiagnosisFile)
+    point = document.settings.get("operating_point")
+    if not isinstance(point, float | int) or document.axes.keys() != {*AXES}:
+        raise damage_error(file, f"settings.operating_point must be a number, axes must be {join_words(AXES)}")
     return folder.resolve().name, document, read_parameters(folder / "parameters.json")
 
 

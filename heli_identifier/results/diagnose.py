@@ -21,6 +21,7 @@ from heli_identifier.records import (
     common_configuration,
     drop_excerpts,
     excitation_notes,
+    highest_voltage,
     read_logs,
 )
 from heli_identifier.results.ahead import errors_ahead
@@ -137,11 +138,7 @@ def diagnose(
             for log in logs
         ),
         settings=asdict(settings)
-        | {
-            "score_needed": NAMED,
-            "score_needed_certain": REFITTED,
-            "operating_point": rig.operating_point,
-        },
+        | {"score_needed": NAMED, "score_needed_certain": REFITTED, "operating_point": rig.operating_point},
         notes=(
             *data_notes,
             *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),
@@ -152,7 +149,7 @@ def diagnose(
             *_plant_notes(identified, settings.effects),
             *_size_notes(effects),
             *_geometry_notes(settings.geometry, after, C_slopes),
-            *_voltage_notes((*training, *unseen), settings.voltage_limit),
+            *highest_voltage((*training, *unseen), settings.voltage_limit)[1],
             *_held_out_notes(nats.gain, after),
         ),
         seconds=perf_counter() - start,
@@ -270,15 +267,6 @@ def _geometry_notes(geometry: Geometry, after: Fit, C: Array) -> Iterator[str]:
                 f"the logs say {ratio:.3g} times, {deviations:.2g} standard deviations beyond. Weigh and measure "
                 "again, or look for what turns this axis beside its rotors"
             )
-
-
-def _voltage_notes(logs: Sequence[Log], limit: float) -> Iterator[str]:
-    highest = max(float(np.abs(log.voltages).max()) for log in logs)
-    if highest > limit:
-        yield (
-            f"voltages reach {highest:.2f} V, beyond the limit of {limit:g} V; the plant saturates at the highest "
-            "voltage of the training logs. Set the rig's limit in its configuration"
-        )
 
 
 def _held_out_notes(gain: ErrorFigure, after: Fit) -> Iterator[str]:

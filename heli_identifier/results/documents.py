@@ -11,7 +11,7 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from math import isfinite
+from math import inf
 from os import PathLike
 from pathlib import Path
 from reprlib import repr as shortened
@@ -80,8 +80,10 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
             f"{path} must hold an object of schema {expected!r}, its schema is {shortened(schema)}{remedy}."
         )
     for entry, number in numbers_of(content):  # Python reads NaN, Infinity and 1e999
-        if not isfinite(number):
+        if not abs(number) < inf:
             raise damage_error(path, f"{entry} = {number}: a finite number is expected")
+        if number < 0.0 and entry.endswith("standard_error"):
+            raise damage_error(path, f"{entry} = {number}: expected `float` >= 0.0")
     try:
         return msgspec.convert(content, kind, dec_hook=_read_array)
     except msgspec.ValidationError as error:
@@ -104,8 +106,8 @@ def _refuse_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def numbers_of(value: Any, above: str = "") -> Iterator[tuple[str, float]]:
-    """Return the floating-point numbers of a document, each with the keys that lead to it."""
-    if isinstance(value, float):
+    """Return the numbers of a document, each with the keys that lead to it."""
+    if isinstance(value, int | float):
         yield above, value
     entries = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, item in entries:

@@ -82,11 +82,7 @@ class Simulation(Tabular):
 
 @check_types
 def simulate(
-    parameters: PlantSource,
-    inputs: LogSource | ArrayLike,
-    *,
-    step: float = 0.01,
-    start: PlantState | None = None,
+    parameters: PlantSource, inputs: LogSource | ArrayLike, *, step: float = 0.01, start: PlantState | None = None
 ) -> Simulation:
     """Simulate the plant: the simplified model of the paper, eq. (2), (9), (10), (12), with every effect that is on.
 

@@ -92,10 +92,7 @@ class Tabular(ABC):
 _AHEAD = (("ahead_100ms", ".1 s ahead"), ("ahead_200ms", ".2 s ahead"))
 _UNDER_VOLTAGES = (("prediction_1s", "1 s ahead"), ("prediction_2s", "2 s ahead"), ("free_run", "free run"))
 
-ERRORS = {
-    False: (*_UNDER_VOLTAGES, *_AHEAD),
-    True: (*_AHEAD, ("closed_loop_3s", "closed loop, 3 s"), *_UNDER_VOLTAGES),
-}
+ERRORS = {False: (*_UNDER_VOLTAGES, *_AHEAD), True: (*_AHEAD, ("closed_loop_3s", "closed loop, 3 s"), *_UNDER_VOLTAGES)}
 """Fields and names of errors, the most informative first, by whether a controller flew."""
 
 GAIN_OF = dict(zip(AXES, GAINS, strict=True))

@@ -25,6 +25,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from heli_identifier import online
+from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate, IdentifierOutput, IdentifierState, ModelParameters, Plan
 from heli_identifier.records import Log
 from heli_identifier.results import Axes, figure, label_with_unit
@@ -74,9 +75,16 @@ def estimates_of(output: IdentifierOutput, plan: Plan) -> dict[str, Estimate]:
 def identify_log(log: Log, settings: online.IdentifierSettings) -> EstimateHistory:
     """Run the identifier over a log, with its references if it has any.
 
-    The history has a row for every evaluation of the standard errors.
+    The history has a row for every evaluation of the standard errors. A LogError says that a log ends before the first.
     """
     plan = online.prepare(settings)
+    hold = plan.hold_samples * plan.sample_time
+    if log.duration < hold + settings.report_interval:
+        raise LogError(
+            f"log {log.name} lasts {log.duration:.4g} s; the estimation begins after {hold:g} s, when the filters have "
+            f"settled, and needs {hold + settings.report_interval:g} s. Record longer, leave this log out, or filter "
+            "with a higher frequency."
+        )
     samples = list(map(tuple, np.column_stack((log.voltages, log.angles)).tolist()))
     zero = np.zeros(len(samples))
     references = list(map(tuple, np.column_stack([log.references.get(axis, zero) for axis in AXES]).tolist()))
@@ -132,8 +140,8 @@ def history_figure(histories: Sequence[EstimateHistory], together: Mapping[str, 
 class Together(NamedTuple):
     """Estimates from several logs together by symbol, with the motors' lag ``T_m`` if it was estimated.
 
-    ``notes`` are about logs that disagree; ``noise`` holds the noise models of pitch, elevation and travel, none for
-    the adaptation.
+    ``notes`` are about logs that disagree or exceed the rig's limit; ``noise`` holds the noise models of pitch,
+    elevation and travel, none for the adaptation.
     """
 
     estimates: Mapping[str, Estimate]

@@ -174,7 +174,7 @@ def identify(
     Raises
     ------
     LogError
-        No voltage moves, or two logs share samples.
+        No voltage moves, two logs share samples, or a log is too short.
     ConfigurationError
         A setting is out of range, such as a filter too fast for a log's rate, or no method has this name.
     """
@@ -183,6 +183,7 @@ def identify(
     rig = configuration or records.common_configuration(rig_logs) or RigConfiguration()
     records.check_excitation(rig_logs)
     records.check_held_out_is_new((), rig_logs)
+    highest, notes = records.highest_voltage(rig_logs, rig.format.voltage_limit)
 
     def pass_logs(number: int, **settings_of_pass: Any) -> list[EstimateHistory]:
         """Pass all logs, for the first (0) or the second time (1)."""
@@ -194,7 +195,7 @@ def identify(
                 filter_frequency=filter_frequency,
                 forgetting=forgetting,
                 rest_angle=rig.rest_pitch,
-                voltage_limit=rig.format.voltage_limit,
+                voltage_limit=highest,
                 report_interval=max(0.5, 3.0 * log.step),
                 **settings_of_pass,
             )
@@ -213,8 +214,9 @@ def identify(
         histories = pass_logs(1, method=ADAPTATION, motor_time_constant=lag)
         together = history.combine_estimates([of_log.last for of_log in histories])
     values = {"T_m": lag} | {name: estimate.value for name, estimate in together.estimates.items()}
-    plant = PlantParameters(v_max=rig.format.voltage_limit, **values)
+    plant = PlantParameters(v_max=highest, **values)
     estimates = results.plant_values(plant, together.estimates)
+    together = together._replace(notes=(*together.notes, *notes))
     parameters = results.ParameterSet(results.PLANT, estimates, provenance=provenance())
     return Identification(tuple(histories), together, parameters, choice)
 

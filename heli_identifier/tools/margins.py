@@ -105,7 +105,7 @@ def is_stable(loop: StateSpace) -> bool:
     states = list(range(loop.nstates))
     while idle := [i for i in states if not any(abs(loop.A[j, i]) > _ROUNDING for j in states if j != i)]:
         states = [i for i in states if i not in idle]
-    return bool(np.abs(np.linalg.eigvals(loop.A[np.ix_(states, states)])).max() < 1.0)
+    return bool(np.abs(np.linalg.eigvals(loop.A[np.ix_(states, states)])).max(initial=0.0) < 1.0)
 
 
 def unit_step(loop: StateSpace, drive: int, steps: int) -> Array:

@@ -72,6 +72,9 @@ VALUES = (
     Fault("a stretch before the log's start", good, f"{IDENTIFY} --to -1", "end = -1 s lies before the log's start at 0 s"),
     Fault("a stretch that ends before it begins", good, f"{IDENTIFY} --from 8 --to 3", "end = 3 s must come after start = 8 s"),
     Fault("a stretch that never ends", good, f"{IDENTIFY} --to nan", "end = nan s must be finite"),
+    Fault("degrees called radians, kept within half a turn", changed(lambda v: v[TRAVEL].__setitem__(slice(None), (57.3 * v[TRAVEL] + 359.0) % 360.0 - 180.0)), IDENTIFY, "travel jumps by -360 rad from the row before when read in rad, which no rig can; correct the value, state its unit"),
+    Fault("a log of 9 s, all of which the filters take to settle", good, f"{IDENTIFY} --to 9", "the estimation begins after 10 s, when the filters have settled, and needs 10.5 s"),
+    Fault("voltages beyond the limit", changed(lambda v: v[1:3].__imul__(4.0)), IDENTIFY, "beyond the limit of 5 V; the plant saturates at the highest voltage", 0, ("out",)),
     Fault("a log of 2 s", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:200], ""])), IDENTIFY, "2 s of log are shorter than 5 s"),
 )  # fmt: skip
 
@@ -86,7 +89,9 @@ COLUMNS = (
     Fault("a unit `degrees`, which is plain", changed(lambda v: v[PITCH].__imul__(180.0 / np.pi), [h.replace("pitch [rad]", "pitch [degrees]") for h in HEADER.split(",")]), IDENTIFY, "pitch converted from deg to rad", 0, ("out",)),
     Fault("a missing column", headed(pitch="ptich [rad]"), IDENTIFY, "did you mean 'ptich [rad]'?"),
     Fault("a reference whose column is missing", configured(STICK), IDENTIFY, "column 'stick' missing, found"),
-    Fault("a reference without a unit", configured(STICK, lines(f"{HEADER},stick", *(f"{row},0.1" for row in ROWS))), IDENTIFY, "column 'stick': the unit is missing"),
+    Fault("a reference in a unit that is unknown", configured(STICK, lines(f"{HEADER},stick [gon]", *(f"{row},0.1" for row in ROWS))), IDENTIFY, "column 'stick [gon]': unit 'gon' is unknown"),
+    Fault("a reference that nobody asked for, with an empty cell", lines(f"{HEADER},pitch_reference", *(f"{row}," for row in ROWS)), IDENTIFY, "pitch_reference is left out: log.csv, row 2, column 'pitch_reference': the cell is empty", 0, ("out",)),
+    Fault("time stamps with the day before the year", lines(HEADER, *("01.03.2026 12:00:0" + row for row in ROWS)), IDENTIFY, "a time stamp like 2026-03-01T12:00:00.010 (ISO 8601) needs time = 'ISO 8601' under [log.units]"),
     Fault("a .mat without a vector", matlab(gain=3.0, who="me"), "heli identify log.mat -o out", "holds no vector of numbers, found gain, who"),
     Fault("a .mat with a signal that is shorter", matlab(**as_struct() | {"pitch_rad": np.zeros(30)}), "heli identify log.mat -o out", "'pitch_rad' has 30 samples, 'time_s' has 2000"),
     Fault("a .mat with complex numbers", matlab(**as_struct() | {"pitch_rad": np.full(2000, 1j)}), "heli identify log.mat -o out", "row 1, column 'pitch_rad': the cell holds"),
@@ -113,6 +118,7 @@ def endless(folder):
 
 
 TEXTS = (
+    Fault("a word among decimal commas", configured("[log]\ndecimal = ','\n", lines(*(row.replace(",", ";").replace(".", ",") for row in (HEADER, *ROWS[:700], "7.00,Err", *ROWS[701:])))), IDENTIFY, "row 702, column 'v_front [V]': the cell holds 'Err', which is not a finite number; correct the cell"),
     Fault("digits with an underscore, 1_0, which are ten in Python only", cell(700, PITCH, "1_0"), IDENTIFY, "'1_0', which is not a finite number"),
     Fault("a row that is cut short, behind the begin of the stretch", lines(HEADER, *ROWS[:516], "5.16,1,1", *ROWS[517:]), f"{IDENTIFY} --from 2", "row 518, column 'pitch [rad]': the cell is empty"),
     Fault("a header alone", lines(HEADER), IDENTIFY, "holds a header but no rows"),

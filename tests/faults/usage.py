@@ -17,6 +17,7 @@ OPTIONS = (
     Fault("a log for a scenario that plays none", good, "heli simulate open_loop --log log.csv", "plays no log"),
     Fault("an FMU file without the unit's name", nothing, "heli simulate open_loop --fmu plant", "must read UNIT=FILE"),
     Fault("an axis that there is not", nothing, "heli effects --axis roll", "choose one of elevation, pitch, rotors, travel"),
+    Fault("an option without its value", good, "heli check log.csv -p", "requires an argument; see heli --help"),
     Fault("--validate without a log", good, "heli diagnose log.csv --validate --output out", "--validate names no log"),
     Fault("a limit of the closed loop without its controller", parameters(), "heli check log.csv -p parameters.json --limit 30", "--limit needs --controller FILE, or [controller.pid] of heli.toml"),
     Fault("a controller without a limit", parameters(), f"{CHECK} --controller c.json", "--controller needs --limit MRAD"),
