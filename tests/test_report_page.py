@@ -117,7 +117,7 @@ def test_tables_name_the_effect_its_size_what_could_stand_in_for_it_the_leading_
     whole = example_diagnosis()
     against = replace(whole.parameters["k_x"], contradicted=True, determination=Determination.NOT_DETERMINED)
     rows = gain_table(replace(whole, parameters={**whole.parameters, "k_x": against})).rows
-    assert [row[3] for row in rows] == ["contradicted", "determined from outside", "not determined"]
+    assert [row[3] for row in rows] == ["not determined, contradicted", "determined from outside", "not determined"]
     others = {name: report for name, report in whole.parameters.items() if name != "k_z"}
     assert gain_table(replace(whole, parameters=others)).rows[1][3] == "given"
 

@@ -115,8 +115,8 @@ def linearise(
 ) -> None:
     """Linearise the identified plant with intervals, judge the PID's margins over them, and retune it.
 
-    The PID is the one of heli.toml, [controller.pid]; without that entry it has the default gains of the units. Sampled
-    model, margins and gains are those of the period at which it is called, [controller] period.
+    The PID is the one of heli.toml (controller.pid); without that entry it has the default gains of the units. Sampled
+    model, margins and gains are those of the period at which it is called (controller.period).
 
     Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
     """

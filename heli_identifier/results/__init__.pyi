@@ -6,6 +6,7 @@ from .checking import Check as Check
 from .checking import check as check
 from .comparing import Comparison as Comparison
 from .comparing import compare as compare
+from .comparing import slope_estimates as slope_estimates
 from .diagnose import diagnose as diagnose
 from .diagnosis import AxisError as AxisError
 from .diagnosis import AxisReport as AxisReport

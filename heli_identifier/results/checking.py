@@ -13,6 +13,7 @@ from heli_identifier.results.sources import ParameterSource, parameter_set
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import AHEAD, angle_text, to_digits
 from heli_identifier.signatures import check_types
+from heli_identifier.tracing import find_references
 
 ANOTHER_CONTROLLER = 0.2
 """Root mean square [V] of the difference of voltages from which on another controller flew."""
@@ -28,6 +29,8 @@ class Check(Tabular):
     """Axes that the diagnosis calls not usable: their errors have no limit."""
     judged: str = "prediction_1s"
     """The error: `prediction_1s`, `ahead_200ms` where a controller flew, `closed_loop_3s` of a flight flown again."""
+    controller_flew: bool = False
+    """Whether errors 1 s ahead failed and a controller flew the logs: its voltages answer the air within 1 s."""
     voltages: Mapping[str, float] = field(default_factory=dict)
     """By log, of flights flown again: root mean square [V] of the controller's voltages along the measured angles less
     the logged voltages."""
@@ -51,16 +54,18 @@ class Check(Tabular):
     @property
     def remarks(self) -> tuple[str, ...]:
         """Why the error is larger than a diagnosis reports, or how far the controller is from the one that flew."""
-        difference = "along the measured angles the controller asks for other voltages than the logged ones, by"
-        flown = tuple(f"{log}: {difference} {to_digits(volts, 2)} V" for log, volts in self.voltages.items())
+        difference = "along the measured angles the controller asks for the logged voltages within"
+        flown = tuple(f"{log}: {difference} {to_digits(volts, 2)} V (rms)" for log, volts in self.voltages.items())
         air = "nothing is known of the air of a new log: the error is larger than the one that a diagnosis reports"
         return (*flown, *([air] if self.judged == "ahead_200ms" else []))
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Logs that another controller flew."""
+        """Logs that another controller flew, or a controller where the diagnosis had none."""
         doubt = "the controller is not the one that flew, and the error is not the plant's alone"
-        return tuple(f"{log}: {doubt}" for log, volts in self.voltages.items() if volts > ANOTHER_CONTROLLER)
+        others = tuple(f"{log}: {doubt}" for log, volts in self.voltages.items() if volts > ANOTHER_CONTROLLER)
+        answers = "a controller flew these logs: its voltages answer the air within 1 s, the limits are of an open loop"
+        return (*others, *([answers] if self.controller_flew else []))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the outcome as `heli check --json` prints it; angles in rad."""
@@ -92,9 +97,9 @@ def check(logs: LogSource | Sequence[LogSource], parameters: ParameterSource, fa
     """Check that a model predicts new logs as well as a diagnosis found for its corrected model.
 
     An axis of a log passes if the root-mean-square error of its 1 s prediction is at most ``factor`` times the error
-    on the held-out logs of the diagnosis, or times the noise floor if that is larger. If a controller flew, the
-    voltages answer the air, and the error .2 s ahead is judged instead. An axis that the diagnosis calls not usable is
-    not judged.
+    on the held-out logs of the diagnosis, or times the noise floor if that is larger. If a controller flew the logs of
+    the diagnosis, voltages answer the air, and the error .2 s ahead is judged instead. An axis that the diagnosis calls
+    not usable is not judged.
 
     Parameters
     ----------
@@ -116,4 +121,6 @@ def check(logs: LogSource | Sequence[LogSource], parameters: ParameterSource, fa
     if not used:
         raise LogError("no log was given; name at least one.")
     outcomes = compare_to_limits(expected.plant(), expected.limits(factor), used, expected.judged)
-    return Check(tuple(outcomes), expected.axes_for(Use.NOTHING), expected.judged)
+    failed = expected.judged == "prediction_1s" and not all(outcome.passed for outcome in outcomes)
+    flew = failed and find_references(used).closed_loop
+    return Check(tuple(outcomes), expected.axes_for(Use.NOTHING), expected.judged, flew)

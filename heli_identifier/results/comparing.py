@@ -141,7 +141,7 @@ def compare(
         )
     return Comparison(
         names,
-        _compare_by_name(*map(_slopes, documents)),
+        _compare_by_name(*map(slope_estimates, documents)),
         _compare_by_name(*map(_plant_effects, documents)),
         tuple(errors),
         judged,
@@ -187,7 +187,7 @@ def _open_diagnosis(source: Diagnosis | str | PathLike[str], name: str) -> tuple
     return folder.resolve().name, document, read_parameters(folder / "parameters.json")
 
 
-def _slopes(document: DiagnosisFile) -> dict[str, Estimate]:
+def slope_estimates(document: DiagnosisFile) -> dict[str, Estimate]:
     """Return the parameters of a corrected plant; gains as slopes, as one at 0 V depends on the thrust's curve."""
     slopes = {name: document.parameters[name].estimate for name in GAINS if name in document.parameters}
     return {**document.parameters_after, **slopes}

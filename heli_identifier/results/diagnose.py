@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from heli_identifier.chain import describe_events
 from heli_identifier.errors import LogError
-from heli_identifier.online import Estimate
+from heli_identifier.online import GAINS, Estimate
 from heli_identifier.records import (
     Geometry,
     Log,
@@ -35,7 +35,7 @@ from heli_identifier.tracing.identification import Identification, Progress, ide
 from heli_identifier.tracing.instruments import InstrumentEstimates
 from heli_identifier.tracing.outlying_logs import outlying_log_notes
 from heli_identifier.tracing.rig import Array, Parameters, Record
-from heli_identifier.tracing.settings import NAMED, OUTLIER, REFITTED, SETTLING, DiagnosisSettings
+from heli_identifier.tracing.settings import MATTERS, NAMED, OUTLIER, REFITTED, SETTLING, DiagnosisSettings
 from heli_identifier.tracing.statements import Determination, FoundEffect, Verdict
 
 
@@ -147,6 +147,7 @@ def diagnose(
             *outlying_log_notes(after, (*identified.logs, *identified.held_out)),
             *references.notes,
             *_plant_notes(identified, settings.effects),
+            *_given_gain_notes(identified),
             *_size_notes(effects),
             *_geometry_notes(settings.geometry, after, C_slopes),
             *highest_voltage((*training, *unseen), settings.voltage_limit)[1],
@@ -237,6 +238,19 @@ def _plant_notes(identified: Identification, expected: Mapping[str, Estimate]) -
                 f"logs give {value:.3g}, {distance:.2g} standard deviations away. Check the entry; if it is right, the "
                 "logs hold something that the model lacks"
             )
+
+
+def _given_gain_notes(identified: Identification) -> Iterator[str]:
+    """Name gains that heli.toml gives and the references contradict."""
+    for axis in identified.instruments.axes if identified.instruments else ():
+        for name, value, half in zip(axis.parameters, axis.values, axis.half_widths, strict=True):
+            if name in GAINS and name not in identified.parameters and np.isfinite(value):
+                given = identified.plant.estimate(name)
+                if abs(value - given) > max(half, MATTERS * abs(value)):
+                    yield (
+                        f"heli.toml gives {name} = {given:.3g}, references alone give {value:.3g} ± {half:.2g}: check "
+                        "rig.elevation_gain; what the given gain does not explain turns up as effects"
+                    )
 
 
 def _size_notes(effects: Sequence[FoundEffect]) -> Iterator[str]:

@@ -130,7 +130,8 @@ def gain_cells(report: ParameterReport | None, given: Estimate | None = None) ->
     if report is None:
         return words.with_interval(given) if given else "–", "–", "given"
     alone = "–" if report.instrument is None else words.with_interval(report.instrument, unit=False)
-    return words.with_interval(report.estimate), alone, "contradicted" if report.contradicted else report.determination
+    contradicted = ", contradicted" * report.contradicted
+    return words.with_interval(report.estimate), alone, f"{report.determination}{contradicted}"
 
 
 def gain_table(diagnosis: Diagnosis) -> Table:

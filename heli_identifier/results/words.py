@@ -245,9 +245,11 @@ def held_out_sentence(diagnosis: DiagnosisFile) -> str:
 
 def score_text(effect: tracing.FoundEffect, settings: Mapping[str, Any]) -> str:
     """Return the score of an effect, and the score that establishes it: a lower one for effects that every rig has."""
-    certain = any(entry.certain for entry in _catalogue_entries(effect))
-    needed = settings["score_needed_certain" if certain else "score_needed"]
-    return f"{to_digits(effect.score)} nats ({needed:.3g} show {'what every rig has' if certain else 'it'})"
+    needed, confirmed = settings["score_needed"], settings["score_needed_certain"]
+    shown = f"{needed:.3g} show it, of which a refit has to confirm {confirmed:.3g}"
+    if any(entry.certain for entry in _catalogue_entries(effect)):
+        shown = f"{confirmed:.3g} show what every rig has"
+    return f"{to_digits(effect.score)} nats ({shown})"
 
 
 def _catalogue_entries(effect: tracing.FoundEffect) -> list[Effect]:

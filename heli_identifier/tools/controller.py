@@ -72,7 +72,7 @@ def design_controller(
     """
     aim, with_travel, axes = aim or ControllerConfiguration(), other == "travel", ("elevation", other)
     known = kind in KINDS and other in SECOND_ANGLES
-    refuse(not known, f"{kind} of {other} is not designed; choose of {', '.join(KINDS)}, of pitch or travel.")
+    refuse(not known, f"no {kind!r} of the {other} is designed; choose one of {', '.join(KINDS)}, and pitch or travel.")
     refuse(
         with_travel and pitch != 0.0,
         f"a pitch of {pitch:g} rad cannot be held while the travel is controlled; leave it out, or control the pitch "

@@ -20,7 +20,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from itertools import combinations, product
-from math import inf
+from math import inf, isclose
 from typing import Any
 
 from scipy.stats import false_discovery_control
@@ -29,7 +29,7 @@ from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.records import find_shared_flight
-from heli_identifier.results import Diagnosis, effect_name, to_json_value
+from heli_identifier.results import Diagnosis, effect_name, slope_estimates, to_json_value
 from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pool_estimates
 from heli_identifier.tools.rigs import Rig, error_text, summarise_diagnosis
 from heli_identifier.tracing import CatalogueVerdict, Progress, Verdict
@@ -101,7 +101,7 @@ class Fleet:
     """What several diagnoses say together, by rig; ``failures`` say why a rig has no diagnosis.
 
     ``effects`` are all entries of the catalogue in the order of :class:`Finding`, then by the number of rigs that name
-    them; ``parameters`` are those of the corrected models.
+    them; ``parameters`` are those of the corrected models, gains as slopes at the median voltage of a rig's logs.
     """
 
     diagnoses: Mapping[str, Diagnosis]
@@ -179,7 +179,7 @@ def combine_rigs(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str]
         for entry in diagnosis.catalogue:
             status = (str(entry.verdict), *_reason_left_out(diagnosis, entry))
             estimates[entry.name, entry.axis].append(_rig_estimate(rig, entry.estimate, *status))
-        for name, value in diagnosis.parameters_after.items():
+        for name, value in slope_estimates(diagnosis).items():
             left_out = "" if _is_determined(value) else "given"
             estimates[name, ""].append(_rig_estimate(rig, value, "", left_out, False))
     means = dict[tuple[str, str], Pooled | None]()
@@ -220,6 +220,8 @@ def _reason_left_out(diagnosis: Diagnosis, entry: CatalogueVerdict) -> tuple[str
     is_named = key in {(shown.name, shown.axis) for shown in named}
     if entry.verdict == Verdict.NOT_TESTABLE or not _is_determined(entry.estimate):
         return f"not testable: {entry.why}", is_named
+    if not law.certain and any(end and isclose(entry.estimate.value, end) for end in (law.lower, law.upper)):
+        return "not testable: its value stands at the end of what is plausible", is_named
     if law.certain and key in {(possible.name, possible.axis) for possible in diagnosis.possible if possible.in_plant}:
         return "not testable: its value is near what mechanics expects of every rig, by that alone", is_named
     for shown in () if is_named else named:

@@ -78,7 +78,7 @@ class Identification(Tabular):
         if undetermined:
             remarks.append(
                 "not determined by these logs, half the 95 % interval exceeds a tenth of the value: "
-                f"{', '.join(undetermined)}; `heli design` says what to add to the voltages"
+                f"{', '.join(undetermined)}; `heli design --closed-loop` says what to add to a flight"
             )
         if self.choice.method == ADAPTATION:
             lag = self.histories[0].plan.settings.motor_time_constant

@@ -217,7 +217,7 @@ def check_closed_loop(
         errors, voltages[log.name], period = _simulate_log(log, plant, settings)
         figures = dict(zip(AXES, rms_figures(errors, period), strict=True))
         outcomes += [Outcome(log.name, axis, figures[axis], limit) for axis in followed]
-    return Check(tuple(outcomes), (), "closed_loop_3s", voltages)
+    return Check(tuple(outcomes), (), "closed_loop_3s", voltages=voltages)
 
 
 def _simulate_log(log: Log, plant: PlantParameters, settings: Settings) -> tuple[list[Array], float, float]:

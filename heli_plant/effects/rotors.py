@@ -44,7 +44,7 @@ def dead_zone(voltage: float, c: float) -> float:
 
 
 @declared(
-    "T_m -> T_m + c", ROTORS, unit="s", bounds=(-0.08, 0.5),
+    "T_m -> T_m + c", ROTORS, unit="s", bounds=(-0.5, 0.5),
     source="paper, eq. (9)", family="lag or delay of the rotors", place=LAG, drawn_against="mu_rate",
     experiment="Excite the pitch between 1 and 3 Hz, where the motors' phase shows.",
 )  # fmt: skip

@@ -47,7 +47,7 @@ OPTIONS = (
     Fault("too few plants for a design", parameters(), "heli design-controller parameters.json --plants 5 -o out", "plants = 5 must lie in [20, 20000]."),
     Fault("a controller slower than the motors", parameters(more=configured("[controller]\nperiod = 0.2\n")), CONTROL, "longer than the motors' lag"),
     Fault("an elevation that no voltage holds", parameters(), f"{CONTROL} --elevation 1.4", "the motors take 5 V"),
-    Fault("a kind of controller that there is not", parameters(), f"{CONTROL} --kind lqg", "is not designed; choose of lqi, lqr, pid"),
+    Fault("a kind of controller that there is not", parameters(), f"{CONTROL} --kind lqg", "no 'lqg' of the travel is designed; choose one of"),
     Fault("a command that there is not", good, "heli diagnos log.csv", "No such command 'diagnos'. Did you mean 'diagnose'"),
     Fault("an option that there is not", good, "heli diagnose log.csv --outputs out", "No such option: --outputs"),
     Fault("a fleet of one rig by two names", lambda f: ((f / "a").mkdir(), good(f / "a"), (f / "b").symlink_to("a")), "heli fleet a b -o out", "a is given 2 times"),
