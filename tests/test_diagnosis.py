@@ -76,6 +76,9 @@ def test_gains_of_a_calm_rig_are_fit_for_a_controller_and_parameters_are_the_del
         for name in (*ModelParameters._fields, "T_m"):
             assert listed[name].value == pytest.approx(getattr(plant, name), abs=1e-12), name
     assert {*ModelParameters._fields} <= {*result.parameters}
+    # a larger gain beside a larger damping explains about the same: their errors go together, or not at all
+    i, j = map(result.covariance_fields.index, ("k_y", "a_wy"))  # k_y is negative
+    assert result.covariance[i, j] / np.sqrt(result.covariance[i, i] * result.covariance[j, j]) < 0.05
     offset = result.parameters["a_1"]
     assert offset.plausible[0] < offset.estimate.value < offset.plausible[1]
 

@@ -10,7 +10,7 @@ from benchmarks.rigs import likelihood_of as nothing_fitted
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Event, Log
-from heli_identifier.results import Use, compare_to_limits, rms_figures
+from heli_identifier.results import Use, compare_to_limits, diagnose, rms_figures
 from heli_identifier.results.held_out import _thin_errors, compare, judge_use, likelihood_of
 from heli_identifier.results.prediction import HORIZONS, Model, Run, simulate_record
 from heli_identifier.tracing import Determination, ParameterReport, coordinates_of, fit, helicopter
@@ -21,7 +21,7 @@ from heli_identifier.tracing.settings import NOISE_WIDTH, PER_LOG
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState
-from tests.simulated import H, closed_loop_log, drive, process_noise, start_at_rest
+from tests.simulated import H, closed_loop_log, drive, noisy_log, process_noise, start_at_rest
 
 LEVEL, RATE = np.array([0.1, 0.04, 0.015]), 2.5
 """Torque of windy air [rad/s^2] and its rate [1/s]."""
@@ -98,6 +98,30 @@ def test_the_true_plant_predicts_an_exact_record_from_the_filters_state():
     swing = 1.0 - np.exp(-decay) * (np.cos(omega) + decay / omega * np.sin(omega))
     # an oscillator's answer to a step over 1 s, exact but for the damping's square beside omega^2
     np.testing.assert_allclose(difference[:, 1], -0.05 / TABLE_2.a_e * swing, rtol=2e-4)
+
+
+def test_a_prediction_takes_no_reading_after_its_start():
+    """The encoder's error lasts from reading to reading here: what is read later would tell what it was."""
+    slow = model()
+    slow.z[4] = 4.0
+    record = record_of(windy(4), RIG)
+    run = Run.along(slow, record, np.zeros(3))
+    start = run.at[10]
+    shifted = replace(record, angles=record.angles + 0.01 * (np.arange(record.samples) >= start)[:, None])
+    again = Run.along(slow, shifted, np.zeros(3))
+    for name in ("ahead_100ms", "ahead_200ms"):  # all that is read from the start on lies .01 rad off
+        np.testing.assert_allclose(again.errors()[name][10] - run.errors()[name][10], 0.01, rtol=0.0, atol=1e-12)
+
+
+def test_a_fault_of_the_logs_is_no_error_of_the_model_before_and_none_of_a_free_run():
+    logs = [noisy_log(TABLE_2, drive(40.0, seed), seed, name=f"log{seed}") for seed in (1, 2, 3)]
+    weak = [replace(log, voltages=log.voltages / (1.15, 1.0)) for log in logs]
+    diagnosis = diagnose(weak[:2], held_out=weak[2])
+    assert [fault.name for fault in diagnosis.faults] == ["scale"] and not diagnosis.effects
+    assert abs(diagnosis.held_out.gain.value) < 8.0  # the plants are the same
+    for axis in ("pitch", "elevation"):
+        report = diagnosis.axes[axis]
+        assert report.after.free_run.value < 2.0 * report.noise_floor.free_run.value
 
 
 def test_a_push_that_is_known_leaves_nothing_behind():
