@@ -67,8 +67,7 @@ def test_intervals_hold_mean_spread_and_a_further_rig(rigs, spread):
     mean, of_spread, further = held / FLEETS
     # Hartung and Knapp's is exact for equal weights only: .01 is the most by which unequal ones miss in their tables;
     # the mixture for a further rig is an approximation of the same kind
-    assert mean >= 0.94 - NOISE
-    assert further >= 0.94 - NOISE
+    assert mean >= 0.94 - NOISE and further >= 0.94 - NOISE
     # exact where the spread is not zero; there the interval is two-sided and holds no more than it says
     assert of_spread >= 0.95 - NOISE
     assert spread == 0.0 or of_spread <= 0.95 + NOISE
@@ -126,8 +125,7 @@ def own(value, named=True, untestable=False):
 def test_a_fleet_finds_what_repeats_what_differs_and_what_is_one_rigs_own(rigs, finding, said):
     fleet, effects = over(*rigs)
     found = effects[FRICTION]
-    assert found.finding == finding
-    assert found in fleet.effects_with(finding)
+    assert found.finding == finding and found in fleet.effects_with(finding)
     assert fleet_sentence(fleet) == f"Over {len(rigs)} rigs {said}."
 
 

@@ -60,8 +60,7 @@ def test_what_a_unit_refuses_among_random_calls_has_no_effect_and_its_native_twi
     order = write_orders(tmp_path, told)
     found = run_host("random_calls.py", fmus[unit], order)
     assert found["wrong"] == []
-    assert found["refused"] > 125
-    assert found["accepted"] > 200
+    assert found["refused"] > 125 and found["accepted"] > 200
     if unit in NATIVE_UNITS:
         assert run_host("random_calls.py", twins[unit], order)["digest"] == found["digest"]
 

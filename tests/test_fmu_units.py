@@ -121,8 +121,7 @@ def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_th
             assert unit.do_step(0.01 * k, 0.01)
         assert get_values(unit, "closed_loop") == [1.0]
         said[method] = [message for message in unit.log_queue if "controller closes the loop" in message.msg]
-    assert len(said["adaptation"]) == 1
-    assert said["prediction_error"] == []
+    assert len(said["adaptation"]) == 1 and said["prediction_error"] == []
 
 
 def test_a_method_that_is_not_known_is_refused_with_the_reason_and_no_step_is_taken_nor_one_of_days():

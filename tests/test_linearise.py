@@ -146,8 +146,7 @@ def test_the_retuned_pid_is_better_keeps_its_margins_everywhere_and_makes_no_mor
     off = AxisGains(0.0, 0.0, 0.0)  # heli.toml need not state every loop, nor all gains of one
     from_less = retune_pid(model, PID._replace(pitch=off, elevation=PID.elevation._replace(derivative=0.0)))
     assert margins.is_stable(margins.close_loop(model, from_less))
-    assert new.trim == model.point.lift
-    assert new.travel == PID.travel
+    assert new.trim == model.point.lift and new.travel == PID.travel
     for loop, axis in enumerate(("pitch", "elevation")):
         assert weighted_error(model, new, loop) < weighted_error(model, PID, loop)
         # the bound is a penalty; four digits of the gains leave a per cent

@@ -139,8 +139,7 @@ def pitch_loop(sign):
 def test_the_printed_sign_is_unstable_and_the_corrected_one_stable_and_damped():
     assert max(pitch_loop(-1.0).real) == pytest.approx(2.7, abs=0.05)
     poles = pitch_loop(1.0)
-    assert max(poles.real) < -0.5
-    assert min(-poles.real / np.abs(poles)) > 0.6
+    assert max(poles.real) < -0.5 and min(-poles.real / np.abs(poles)) > 0.6
 
 
 def modes(elevation, settings):
@@ -200,7 +199,6 @@ def test_integral_stops_where_it_would_push_beyond_the_limit_and_runs_where_it_l
     eager = TRAVEL._replace(travel=AxisGains(1.0, 1.0, 0.0))
     clipped = PidState(0.0, 0.0, 3.0, 0.0, 0.2, 0.0)  # 3 rad wanted of the pitch reference
     outward, inward = (pid_step(clipped, 0.0, 0.2, travel, LEVEL, H, eager)[0] for travel in (0.1, -0.1))
-    assert outward.integral_travel == 3.0
-    assert inward.integral_travel == pytest.approx(3.0 - H * 0.1)
+    assert outward.integral_travel == 3.0 and inward.integral_travel == pytest.approx(3.0 - H * 0.1)
     mirrored = eager._replace(travel=AxisGains(-1.0, -1.0, 0.0))  # of a rig with k_y > 0
     assert pid_step(clipped, 0.0, 0.2, 0.1, LEVEL, H, mirrored)[0].integral_travel == 3.0

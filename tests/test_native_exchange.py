@@ -179,8 +179,7 @@ def test_units_in_python_and_native_ones_give_the_same_bits_and_the_same_refusal
         with pytest.raises(MasterError) as caught:
             run_apart(CLOSED_LOOP, 4.0, 2.0, {"plant.solver.step": 1e-5}, files)
         said.append(str(caught.value))
-    assert found[0].names == found[1].names
-    assert np.array_equal(found[0].values, found[1].values)
+    assert found[0].names == found[1].names and np.array_equal(found[0].values, found[1].values)
     assert said[0] == said[1] and said[0].startswith("plant.doStep at t = 0 s answered discard: ")
 
 
@@ -190,8 +189,7 @@ def test_every_run_begins_at_the_start_and_has_the_bits_of_a_run_alone(files):
     result = many(files, [variation, variation])
     for values, given in ((result.values, {}), (result.bands.low, variation), (result.bands.high, variation)):
         alone = run_apart(OPEN_LOOP, DURATION, 0.01, given, files, record=RECORD)
-        assert alone.names == result.names
-        assert np.array_equal(values, alone.values)
+        assert alone.names == result.names and np.array_equal(values, alone.values)
 
 
 def test_the_bands_lie_where_95_of_100_runs_do(files):

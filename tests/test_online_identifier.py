@@ -54,8 +54,7 @@ def test_the_adaptation_rests_for_ten_filter_times():
         assert not before.adapting
         assert before.parameters == ModelParameters(a_th=0.5, theta0=TABLE_2.theta0)
         _, after = run_identifier(held[: samples + 1], angles[: samples + 1], settings)
-        assert after.adapting
-        assert after.parameters.a_th != 0.5
+        assert after.adapting and after.parameters.a_th != 0.5
 
 
 def test_standard_errors_cover_the_error_that_encoders_cause_and_a_rest_angle_is_estimated_along():
@@ -192,8 +191,7 @@ def regressions_of(held, angles):
 def test_a_rig_at_rest_shows_no_motion_and_a_voltage_acts_only_after_its_sample_and_as_the_plant_saturates_it():
     for y, phi in regressions_of(np.full((300, 2), 1.2), np.tile((radians(-7.8), 0.2, 5.0), (300, 1))):
         # Settled filters: constants pass, derivatives are zero, but for rounding of omega^2 times the angle.
-        assert np.abs(y).max() < 1e-12
-        assert np.abs(np.diff(phi, axis=0)).max() < 1e-12
+        assert np.abs(y).max() < 1e-12 and np.abs(np.diff(phi, axis=0)).max() < 1e-12
     held, angles = np.full((300, 2), 1.0), np.tile((0.1, 0.2, 0.3), (300, 1))
     stepped = held.copy()
     stepped[200] = (2.0, 0.5)

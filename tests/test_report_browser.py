@@ -143,8 +143,7 @@ def test_the_page_is_silent_and_short_and_fits_and_can_be_read(browser, page, wi
     assert [address for address in browser.requests() if not address.startswith(("file:", "data:"))] == []
     assert browser.value("document.documentElement.scrollWidth") == width
     assert browser.value("document.documentElement.scrollHeight") < longest
-    assert browser.value(OVERFLOWING) == []
-    assert browser.value(CUT) == []
+    assert browser.value(OVERFLOWING) == [] and browser.value(CUT) == []
     assert browser.value(LETTERS) > 7.0  # a label of fewer CSS px cannot be read on a telephone
 
 
@@ -152,11 +151,9 @@ def test_details_are_folded_on_a_screen_and_open_on_white_paper(browser, page):
     height = "document.querySelector('details.fold').getBoundingClientRect().height"
     background = "getComputedStyle(document.body).backgroundColor"
     browser.open(page, 390, dark=True)
-    assert browser.value(height) < 100
-    assert browser.value(background) == "rgb(15, 19, 24)"
+    assert browser.value(height) < 100 and browser.value(background) == "rgb(15, 19, 24)"
     browser.call("Emulation.setEmulatedMedia", media="print")
-    assert browser.value(height) > 300
-    assert browser.value(background) == "rgb(255, 255, 255)"
+    assert browser.value(height) > 300 and browser.value(background) == "rgb(255, 255, 255)"
     assert browser.value("getComputedStyle(document.body).color") == "rgb(27, 31, 36)"
 
 

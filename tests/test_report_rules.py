@@ -190,8 +190,7 @@ def test_parameters_read_back_are_the_corrected_plant_with_its_table_to_the_last
     read = read_parameters(written.write(tmp_path / "parameters.json"))
     assert (read.values, read.expected) == (written.values, written.expected)
     assert {name.split(".")[1] for name in read.values if name.startswith("table.")} == {"travel"}
-    assert read.values["table.travel.torque_2"] == torque
-    assert read.plant() == plant
+    assert read.values["table.travel.torque_2"] == torque and read.plant() == plant
 
 
 def test_the_limit_of_an_axis_is_a_multiple_of_the_larger_of_error_and_noise_floor():

@@ -102,8 +102,7 @@ def test_the_judge_keeps_its_level_and_rejects_half_the_gain():
 def test_shares_tell_how_much_came_from_outside_and_where_nothing_did():
     stirred = np.mean([e.axes[0].shares[2] for e in repeated()[:5]])
     quiet = np.mean([estimate(seed, asked=0.01).axes[0].shares[2] for seed in range(5)])
-    assert stirred > 0.3
-    assert quiet < 0.1
+    assert stirred > 0.3 and quiet < 0.1
     # nothing from outside is said
     found = estimate(0, references=[np.zeros((SECONDS * round(RATE), 0))] * LOGS)
     assert np.isinf(found.axes[0].half_widths).all()
@@ -193,8 +192,7 @@ def test_references_are_rebuilt_because_a_controller_adds_no_noise(integral):
     found = find_references(logs)  # those that are logged are taken before rebuilt ones
     assert (found.origin, found.names) == ("logged", ("pitch", "elevation"))
     found, controllers = find_references([replace(log, references={}) for log in logs]), controllers_of(logs)
-    assert found.closed_loop
-    assert found.origin == "rebuilt"
+    assert found.closed_loop and found.origin == "rebuilt"
     for log, signals, laws in zip(logs, found.signals, controllers, strict=True):
         for i, (law, axis) in enumerate(zip(laws, ("pitch", "elevation"), strict=True)):
             y, taken = log.angles[:, i], 1.0 - np.exp(-LAW.rate_bandwidth / HZ)
@@ -210,8 +208,7 @@ def test_open_loop_is_told_from_closed_loop_and_its_voltages_are_the_references(
     assert [feedback(log) for log in logs] == [False] * 6
     assert all(feedback(flight(seed)) for seed in range(6))
     found = find_references(logs[:2])
-    assert not found.closed_loop
-    assert found.origin == "voltages"
+    assert not found.closed_loop and found.origin == "voltages"
     np.testing.assert_array_equal(found.signals[0][:, 0], logs[0].voltages[:, 0] - logs[0].voltages[:, 1])
     # saturated voltages are refused with the share and the limit
     log = flight(3)
