@@ -19,7 +19,7 @@ from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import GAIN_OF, PLANT, ParameterSet, Use, plant_values, to_json_value
 from heli_identifier.tools import margins
 from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Design, judge_controller
-from heli_identifier.tools.linearisation import NOT_LINEAR
+from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD
 from heli_identifier.tools.loop import CONTROLLER, controller_parameters
 from heli_identifier.tools.margins import LOOPS, Plants, allowed_plants
 from heli_identifier.tools.synthesis import PEAK, design_feedback, retune_pid
@@ -136,6 +136,8 @@ def _retune_pid(
     ]
     if not after.is_stable:
         notes = [f"do not fly the retuned PID: the loop is not stable with it. {delivered}; {others}"]
+    if (period := plants.model.sampled.dt) != PERIOD:
+        notes.append(f"the PID is designed for steps of {period:g} s: fly it with --step {period:g}")
     if given is None:
         notes.append("no [controller.pid] of heli.toml is known: the present PID has the default gains of the units")
     if not before.is_stable:

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.files import read_limited
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
@@ -139,7 +139,7 @@ def course_values(script: Path | None) -> dict[str, float]:
     """Read the numbers that a MATLAB script assigns; matrices and calls of other functions are left out.
 
     The script is not run. Numbers, names that were assigned before, ``+ - * / ^``, brackets and a few functions are
-    evaluated. ConfigurationError if the file cannot be read, or one of the course's masses and lengths is no number.
+    evaluated. ConfigurationError if the file cannot be read or assigns no number, or a mass or length is none.
     """
     values: dict[str, float] = {}
     advice = "; give the course's init_heli.m"
@@ -160,6 +160,7 @@ def course_values(script: Path | None) -> dict[str, float]:
                 raise ConfigurationError(
                     f"{script}, line {line}: {name} = {assigned} is no number; write one, as {name} = 0.5."
                 ) from error
+    refuse(script is not None and not values, f"{script} assigns no number{advice}.")
     return values
 
 
