@@ -15,7 +15,7 @@ from heli_identifier.records import RigConfiguration, demo_files, read_log
 from heli_identifier.results import diagnose
 from heli_identifier.results.diagnose import base_estimates
 from heli_identifier.tools import Rig, diagnose_source
-from heli_identifier.tracing import DiagnosisSettings, identify_plant, sign_notes
+from heli_identifier.tracing import Determination, DiagnosisSettings, identify_plant, sign_notes
 from heli_identifier.tracing.fit import covariance, fit
 from heli_plant.parameters import TABLE_2
 from tests.commands import heli
@@ -52,12 +52,16 @@ def test_a_given_rest_pitch_and_gain_are_kept_however_wrong_they_are_and_else_th
         assert abs(found.value - WRONG) > 2.0 * found.standard_error
 
 
-def test_references_do_not_contradict_a_plant_for_an_effect_that_is_given():
-    """A dead zone of .8 V takes a third of the thrust: instruments that do not know it find gains too small."""
-    plant = TABLE_2._replace(dead_zone_rotors=0.8)
-    settings = DiagnosisSettings(effects={"dead_zone_rotors": Estimate(0.8, 0.08, "V")})
-    looked = identify_plant([noisy_log(plant, drive(40.0, s), s, name=f"log{s}") for s in (1, 2)], settings)
+@pytest.mark.parametrize("effects, given", [
+    ({"dead_zone_rotors": 0.8}, {"effects": {"dead_zone_rotors": Estimate(0.8, 0.08, "V")}}),
+    ({}, {"motor_time_constant": 0.2}),
+])  # fmt: skip
+def test_references_do_not_contradict_a_plant_for_an_effect_that_is_given_or_a_lag_given_far_too_long(effects, given):
+    """Instruments that do not know of a dead zone of .8 V find gains too small, and so they do at a lag of .2 s."""
+    logs = [noisy_log(TABLE_2._replace(**effects), drive(40.0, s), s, name=f"log{s}") for s in (1, 2)]
+    looked = identify_plant(logs, DiagnosisSettings(**given))
     assert not any(looked.parameters[gain].contradicted for gain in ("k_x", "k_z", "k_y"))
+    assert looked.parameters["k_x"].determination is Determination.OUTSIDE
 
 
 def test_settings_that_cannot_be_are_refused_at_once():

@@ -24,7 +24,7 @@ from heli_plant.simulation import ALONE, run_accelerations, run_alone, run_filte
 from heli_plant.state import PlantState
 from heli_plant.tabulated_torque import KNOTS, VARIABLES
 
-from .instruments import Regression
+from .instruments import InstrumentEstimates, Regression
 from .motion import (
     CONSTANTS,
     LATE,
@@ -336,9 +336,9 @@ class Rig:
     ) -> tuple[list[Regression], Iterator[Array]]:
         """Equations of motion for instruments, and their signals (N, 7), record after record.
 
-        The accelerations by effects and tables of the plant count as known. The motors' lag is the given one, and its
-        error is one more parameter of every axis: instruments that took the lag from the likelihood would confirm a
-        gain that is wrong because of it.
+        The accelerations by effects and tables of the plant count as known. The motors' lag is that of this rig, not
+        of the ``parameters``, and its error is one more parameter of every axis (:meth:`lag_by_references`):
+        instruments that took the lag from the likelihood would confirm a gain that is wrong because of it.
         """
         terms = [(*moving, late) for moving, late in zip(equation_terms(parameters.theta0), LATE, strict=True)]
         off = dict.fromkeys((law.field for law in CATALOGUE if law.field != LAG_FIELD), 0.0)
@@ -348,6 +348,17 @@ class Rig:
             Regression(axis, [record.angles[:, i] for record in records], of_axis, [added[:, i] for added in known])
             for i, (axis, of_axis) in enumerate(zip(AXES, terms, strict=True))
         ], (signals_of(record, self.parameters, late=True) for record in records)
+
+    def lag_by_references(self, found: InstrumentEstimates, used: float) -> float:
+        """Return the motors' lag [s] that instruments find, beside the given one as a prior; they ``used`` this lag."""
+        weighted, weights = self.parameters.T_m / LAG_WIDTH**2, 1.0 / LAG_WIDTH**2
+        for axis, gain, late in zip(found.axes, GAINS, LATE, strict=True):
+            k, slope = (axis.parameters.index(name) for name in (gain, late.name))
+            error = axis.half_widths[slope] / (1.96 * abs(axis.values[k]))
+            if np.isfinite(error):
+                weighted += (used - axis.values[slope] / axis.values[k]) / error**2
+                weights += 1.0 / error**2
+        return float(max(weighted / weights, 0.0))
 
 
 def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -> Rig:

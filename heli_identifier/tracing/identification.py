@@ -35,7 +35,7 @@ from .pushes import find_pushes
 from .references import References, find_references
 from .rig import Effect, average_blocks
 from .select import Finding, Selection, fit_delivered, select
-from .settings import KEPT, SETTLING, UNKNOWN, DiagnosisSettings
+from .settings import KEPT, ROUNDS, SETTLING, TIMED, UNKNOWN, DiagnosisSettings
 from .stability import halves_agree, left_out_gain, open_structure
 from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
 from .unknown import search_unknown
@@ -274,13 +274,22 @@ def _find_idle(plant: Fit, selection: Selection) -> list[str]:
 
 
 def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:
-    """Estimate the parameters by instruments, with the voltages as logged; None where nothing came from outside."""
+    """Estimate the parameters by instruments, with the voltages as logged; None where nothing came from outside.
+
+    They find the motors' lag as well, by its slope, so they are repeated at that lag until it does not change.
+    """
     if not references.names:
         return None
-    rig, faults = plant.likelihood.rig, plant.likelihood.faults
+    given, faults = plant.likelihood.rig, plant.likelihood.faults
     of_angles = {fault: size for fault, size in faults.items() if fault.channel != "voltages"}
     records = plant.likelihood.undo_faults(of_angles).records
-    regressions, signals = rig.regressions(records, plant.parameters)
     averaged = [average_blocks(log, signal) for log, signal in zip(logs, references.signals, strict=True)]
-    keep = [(record.weights > 0.0).any(1) | (record.time <= SETTLING) for record in records]
-    return instruments(regressions, signals, averaged, [1.0 / record.step for record in records], keep)
+    keep, rates = [(r.weights > 0.0).any(1) | (r.time <= SETTLING) for r in records], [1.0 / r.step for r in records]
+    lag = given.parameters.T_m
+    for _ in range(ROUNDS):
+        rig = replace(given, parameters=given.parameters._replace(T_m=lag))
+        found = instruments(*rig.regressions(records, plant.parameters), averaged, rates, keep)
+        used, lag = lag, given.lag_by_references(found, lag)
+        if abs(lag - used) < TIMED:
+            break
+    return found
