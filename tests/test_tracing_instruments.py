@@ -9,14 +9,16 @@ from scipy.linalg import expm
 from scipy.signal import lfilter
 from scipy.stats import binom
 
-from benchmarks.rigs import likelihood_of, windy_logs
+from benchmarks.rigs import likelihood_of, log_of, windy_logs
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 from heli_identifier.tracing.fit import fit
-from heli_identifier.tracing.identification import _estimate_outside
+from heli_identifier.tracing.identification import _estimate_outside, identify_plant
 from heli_identifier.tracing.instruments import Regression, Term, instruments
 from heli_identifier.tracing.references import controllers_of, feedback, find_references, refusal
+from heli_identifier.tracing.statements import Determination
 from tests.blind.coefficients import Coefficients
+from tests.blind.generator import make_rig
 from tests.blind.plant import Control, fly, room_torque
 from tests.blind.signals import multisines
 from tests.blind.windy import windy_rig
@@ -216,6 +218,13 @@ def test_open_loop_is_told_from_closed_loop_and_its_voltages_are_the_references(
     assert found.origin == "none"
     assert found.signals[0].shape == (len(log.angles), 0)
     assert any("at the limit of 1.20 V" in note for note in found.notes)
+
+
+def test_an_arm_that_bends_in_open_loop_is_no_controller_and_contradicts_no_gain():
+    made = make_rig(11, "arm_bending")
+    found = identify_plant([log_of(f"log{i}", 100.0, log) for i, log in enumerate(made.train)])
+    assert not found.references.closed_loop and [effect.name for effect in found.effects[0]] == ["arm_bending"]
+    assert found.parameters["k_z"].determination is Determination.OUTSIDE
 
 
 def test_what_comes_from_outside_does_not_take_the_timing_of_the_voltages_from_the_likelihood():

@@ -282,7 +282,9 @@ def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -
         return None
     given, faults = plant.likelihood.rig, plant.likelihood.faults
     of_angles = {fault: size for fault, size in faults.items() if fault.channel != "voltages"}
-    records = plant.likelihood.undo_faults(of_angles).records
+    mended = plant.likelihood.undo_faults(of_angles).records
+    bending = (next(given.readings(record, [plant.parameters])) for record in mended)
+    records = [replace(r, angles=r.angles - q) for r, q in zip(mended, bending, strict=True)]  # the rigid arm's
     averaged = [average_blocks(log, signal) for log, signal in zip(logs, references.signals, strict=True)]
     keep, rates = [(r.weights > 0.0).any(1) | (r.time <= SETTLING) for r in records], [1.0 / r.step for r in records]
     lag = given.parameters.T_m

@@ -140,14 +140,17 @@ def feedback(log: Log) -> bool:
     """Recognise a controller: the angles' innovations predict the voltages better than the past of the voltages does.
 
     The innovations are the part of the angles that the past of angles and voltages does not predict: air and encoder
-    errors. In open loop the voltages do not depend on them, however long the rig's memory is.
+    errors. In open loop the voltages do not depend on them, however long the rig's memory is. All voltages count, as an
+    arm that bends answers those between two samples of 25 Hz.
     """
     every, lags = max(1, round(log.rate_hz / 25.0)), 6  # 25 Hz: below a controller's rate, above the rig's motion
     angles = log.angles[::every]
-    voltages = log.voltages[::every] @ np.array([[1.0, 1.0], [1.0, -1.0]])
+    every_voltage = log.voltages @ np.array([[1.0, 1.0], [1.0, -1.0]])
+    voltages = every_voltage[::every]
     if len(angles) < 100:
         return False
-    innovations = _residual(angles[lags:], _past(np.hstack([angles, voltages]), lags))
+    between = [np.roll(every_voltage, j, axis=0)[::every][lags:] for j in range(1, every)]
+    innovations = _residual(angles[lags:], np.hstack([_past(np.hstack([angles, voltages]), lags), *between]))
     answered = np.hstack([innovations[lags:], _past(innovations, lags)])
     past, now = _past(voltages, lags)[lags:], voltages[2 * lags :]
     tests = [_added_r2(now[:, i], past, answered) for i in range(2)]
