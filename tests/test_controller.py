@@ -137,6 +137,10 @@ def test_the_corrected_script_has_the_identified_gains():
     assert own["K_f"] * COURSE.l_h / own["J_e"] == pytest.approx(TABLE_2.k_z, rel=1e-12)
     assert -own["K_f"] * COURSE.l_h / own["J_lambda"] == pytest.approx(TABLE_2.k_y, rel=1e-12)
     assert own["K_3"] == pytest.approx(TABLE_2.k_y * model.point.lift, rel=1e-12)
+    bent = TABLE_2._replace(quadratic_thrust_rotors=0.1)  # the slope of its thrust is 1 + .2 nu
+    model = linear_model(bent, 0.0, 0.1, H)
+    slope = 1.0 + 0.1 * (model.point.v_front + model.point.v_rear)
+    assert corrected_values(parameter_set(plant=bent), model, COURSE)["K_2"].value == pytest.approx(bent.k_z * slope)
 
 
 def test_a_script_is_read_and_not_run(tmp_path):
@@ -223,6 +227,8 @@ def test_the_command_writes_what_the_next_commands_read(tmp_path):
         "design.json", "design.html", "controller.json", "nominal.json", "controller.m", "init_heli_corrected.m",
         "controller.c", "controller.h",
     }  # fmt: skip
+    heli_json("linearise", file, "-o", tmp_path / "c")  # no code of another controller stays beside its PID
+    assert not kept & {p.name for p in (tmp_path / "c").iterdir()} - {"controller.json", "init_heli_corrected.m"}
 
 
 def test_gains_in_the_configuration_fly_a_log_again(tmp_path, monkeypatch):

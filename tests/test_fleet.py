@@ -136,7 +136,8 @@ def test_a_rig_that_cannot_test_an_effect_or_has_it_as_mechanics_expects_is_left
     assert found.rigs[2].left_out.startswith("not testable: ")
     fleet, effects = over(*[own(0.0, False, untestable=True)] * 2)
     assert effects[FRICTION].finding == Finding.NOT_TESTABLE
-    _, effects = over(*[rig({DEAD: 2.0}, [DEAD])] * 2)  # 2 V is the end of what is plausible
+    fleet, effects = over(*[rig({DEAD: 2.0}, [DEAD])] * 2)  # 2 V is the end of what is plausible
+    assert "stands at the end" in fleet_html(fleet)
     assert effects[DEAD].finding == Finding.OPEN and "stands at the end" in effects[DEAD].rigs[0].left_out
     assert "not testable" in {cells[1] for cells in effect_table(fleet.effects).rows}
     # what a plant has as mechanics expects it is near 1 by its prior, whatever the logs say

@@ -65,7 +65,7 @@ def diagnose_paths(
 
     ``way`` says how to hold out other logs; it is printed if no log was named for that.
     """
-    with results.write_whole_folder(output) as draft:
+    with results.write_whole_folder(output, (results.NATIVE_PLANT,)) as draft:
         logs = hi.read_data_set(paths, validate, configuration.format, start, end)
         training, held_out, split_note = tools.split_logs(*logs)
         if split_note:

@@ -104,6 +104,12 @@ def _read_plant(file: Path | None) -> PlantParameters:
     return PlantParameters()
 
 
+OF_CONTROLLER = (
+    "design.json", "design.html", "controller.m", "controller.c", "controller.h", "nominal.json", "steps.svg",
+)  # fmt: skip
+"""Files of a controller; those of another one do not stay beside a new controller.json."""
+
+
 def linearise(
     parameters: Path = args.PLANT,
     pitch: float = option(0.0, "Pitch of the operating point.", "RAD"),
@@ -124,7 +130,7 @@ def linearise(
 
     aim = args.find_configuration(config).controller
     aim = aim if period is None else replace(aim, period=period)
-    with results.write_whole_folder(output) as draft:
+    with results.write_whole_folder(output, OF_CONTROLLER) as draft:
         given = args.read_parameters_and_warn(parameters)
         with progress_bar() as progress:
             result = tools.design_pid(given, pitch, elevation, aim, progress=progress)
@@ -163,7 +169,7 @@ def design_controller(
     require_range("plants", plants, "1", 20, 20_000)
     configuration = args.find_configuration(config)
     aim = configuration.controller if period is None else replace(configuration.controller, period=period)
-    with results.write_whole_folder(output) as draft:
+    with results.write_whole_folder(output, OF_CONTROLLER) as draft:
         given = args.read_parameters_and_warn(parameters)
         with progress_bar() as progress:
             result = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)

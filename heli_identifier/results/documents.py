@@ -9,7 +9,7 @@ change. A link is followed. Only regular files are replaced.
 
 import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from math import inf
 from os import PathLike
@@ -150,9 +150,10 @@ def _faulty_key(content: Any, kind: type, value: dict[str, Any]) -> str:
 
 
 @contextmanager
-def write_whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
+def write_whole_folder(target: str | os.PathLike[str], obsolete: Collection[str] = ()) -> Iterator[Path]:
     """Return a folder to write into; its files are moved to ``target`` if the block ends without an exception.
 
+    Files with ``obsolete`` names, of an earlier result, are removed from the target if they are not written again.
     A target that is no folder or cannot be written to raises a ConfigurationError before the block runs, so that no
     long computation is lost. A file that cannot be written raises an OSError that names the file in the target.
     """
@@ -179,7 +180,7 @@ def write_whole_folder(target: str | os.PathLike[str]) -> Iterator[Path]:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise ConfigurationError(f"{folder} cannot be made: {error.strerror}; nothing was changed.") from error
-        _move_all(draft, folder)
+        _move_all(draft, folder, obsolete)
 
 
 def write_files(folder: Path, contents: Mapping[str, Any]) -> tuple[str, ...]:
@@ -198,8 +199,8 @@ def _name_in_target(error: OSError, draft: Path, target: Path) -> OSError:
     return OSError(error.errno, error.strerror, str(target.joinpath(*parts)))
 
 
-def _move_all(draft: Path, folder: Path) -> None:
-    """Move every file of ``draft`` into ``folder``, or none."""
+def _move_all(draft: Path, folder: Path, obsolete: Collection[str]) -> None:
+    """Move every file of ``draft`` into ``folder`` and remove ``obsolete`` ones there, or do nothing."""
     moves = [(file, Path(os.path.realpath(folder / file.name))) for file in sorted(draft.iterdir())]
     advice = "nothing was changed, name another folder."
     for _, place in moves:
@@ -207,7 +208,7 @@ def _move_all(draft: Path, folder: Path) -> None:
         foreign = place.exists() and not place.is_file()
         refuse(foreign, f"{place} is {kind} and is not replaced by a file of results; {advice}")
         refuse(is_protected(place), f"{place} is read by this command and not written over; {advice}")
-    old_files = draft / ".replaced"
+    old_files, written = draft / ".replaced", [file.name for file, _ in moves]
     old_files.mkdir()
     undo = ExitStack()
     with undo_at_end(undo.close):
@@ -219,6 +220,10 @@ def _move_all(draft: Path, folder: Path) -> None:
                 else:
                     undo.callback(place.unlink, missing_ok=True)
                 file.replace(place)
+            for place in (folder / name for name in obsolete if (folder / name).is_file()):
+                if place.name not in written and not is_protected(place):
+                    place.rename(old_files / place.name)
+                    undo.callback((old_files / place.name).replace, place)
         except OSError as error:
             raise ConfigurationError(
                 f"{folder} cannot be written to: {error.strerror}; nothing was changed."

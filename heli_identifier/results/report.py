@@ -249,13 +249,13 @@ def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[st
         autocorrelation.band(np.array([0.0, LAGS * series.residual_step]), -bound, bound, "95 % of white noise")
         p_value = diagnosis.axes[axis].whiteness_p["after"]
         result = words.p_text(p_value) if p_value is not None and p_value >= 0.0 else "no sample counts"
-        white = f"Ljung-Box test of white innovations: {result}."
+        white = f"Ljung-Box test of white innovations, all held-out logs: {result}."
         subject = f"of the innovations of the {axis} on {series.log.name}, before and after"
         figures = [
             figure([spectrum], "frequency [Hz]", f"Power spectral density {subject}", log_x=True),
             figure([autocorrelation], "lag [s]", f"Autocorrelation {subject}"),
         ]
-        yield axis.capitalize(), white, figures
+        yield f"{axis.capitalize()}, {series.log.name}", white, figures
 
 
 def _confused_pairs(diagnosis: Diagnosis) -> Iterator[str]:

@@ -191,8 +191,12 @@ def run_figure(result: Any, log: Log | None = None) -> str:
 def ticks(low: float, high: float, count: int, logarithmic: bool = False) -> list[tuple[float, str]]:
     """Return about ``count`` round values between two ends, each with its text."""
     if logarithmic:
-        powers = range(ceil(log10(low) - 1e-9), floor(log10(high) + 1e-9) + 1)
-        return [(10.0**n, power_text(n)) for n in powers][:: max(1, len(powers) // count)]
+        powers = range(floor(log10(low)), floor(log10(high) + 1e-9) + 1)
+        whole = [(10.0**n, power_text(n)) for n in powers if 10.0**n >= low * (1.0 - 1e-9)]
+        if len(whole) > 2:
+            return whole[:: max(1, len(whole) // count)]
+        finer = [(m * 10.0**n, power_text(n) if m == 1 else f"{m}·{power_text(n)}") for n in powers for m in (1, 2, 5)]
+        return [(value, text) for value, text in finer if low <= value <= high]
     rough = (high - low) / count
     unit = 10.0 ** floor(log10(rough))
     step = min((unit * n for n in (1, 2, 5, 10)), key=lambda candidate: abs(log10(candidate / rough)))

@@ -30,7 +30,7 @@ def raise_powers(text: str) -> str:
 
 def typeset(text: str) -> str:
     """Return prose with superscripts, ± and real minus signs; text that a reader may have to type does not change."""
-    text = re.sub(r"\bR2\b", "R²", raise_powers(text)).replace("+-", "±")
+    text = raise_powers(text).replace("+-", "±")
     return re.sub(r"(?<= )-(?= )|(?<![=] )(?<=[ (])-(?=\.?\d)", "−", text)
 
 

@@ -30,7 +30,7 @@ from heli_identifier.files import read_limited
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.results import Axes, ParameterSet, Table, figure, join_words, render, to_digits
-from heli_identifier.tools.judging import CONFIDENCE, Design
+from heli_identifier.tools.judging import CONFIDENCE, Design, Judged
 from heli_identifier.tools.linearisation import STATES, LinearModel, OperatingPoint, linear_system
 from heli_identifier.tools.margins import LOOPS
 from heli_plant.geometry import Geometry
@@ -122,7 +122,7 @@ def step_figure(design: Design) -> str:
     panels = []
     for number, step in enumerate(judged.steps):
         low, high = step.size * judged.band[step.axis]
-        panel = Axes(f"{step.axis} [rad]")
+        panel = Axes(f"{step.axis} [rad]", limits=(-step.size, 2.5 * step.size))  # drawn plants may be unstable
         panel.band(np.arange(len(low)) * design.plants.model.sampled.dt, low, high, f"95 % of the plants, {last}")
         panel.level(step.size, "muted")
         for (name, controller), role in zip(design.by_name.items(), ("before", "after"), strict=False):
@@ -192,13 +192,15 @@ def corrected_values(parameters: ParameterSet, model: LinearModel, geometry: Geo
         return Estimate(factor * x.value, x.standard_error and abs(factor) * x.standard_error, "")
 
     J, lift, l_h, l_p = geometry.inertias, model.point.lift, geometry.l_h, geometry.l_p
-    share = 0.5 * (model.plant.share_front + model.plant.share_rear)
-    K_1, K_2, travel = (times(parameters.values[f"{axis}.gain"], share) for axis in ("pitch", "elevation", "travel"))
-    values = {"K_1": K_1, "K_2": K_2, "K_3": times(travel, lift), "V_s0": Estimate(lift, None, "V")}
+    A = linear_system(model.plant, model.point).A  # gains as slopes at the operating point; columns 6, 7: rotors
+    slopes = (0.5 * (A[3, 6] - A[3, 7]), 0.5 * (A[4, 6] + A[4, 7]), A[5, 0])
+    gains = (parameters.values[f"{axis}.gain"] for axis in ("pitch", "elevation", "travel"))
+    K_1, K_2, K_3 = (times(gain, float(slope) / gain.value) for gain, slope in zip(gains, slopes, strict=True))
+    values = {"K_1": K_1, "K_2": K_2, "K_3": K_3, "V_s0": Estimate(lift, None, "V")}
     if J is None or l_h is None or l_p is None:
         return values
     K_f = times(K_2, J["J_e"] / l_h)
-    J_p, J_lambda = l_p * K_f.value / K_1.value, l_h * K_f.value / abs(travel.value)
+    J_p, J_lambda = l_p * K_f.value / K_1.value, l_h * K_f.value * lift / abs(K_3.value)
     inertias = {"J_e": J["J_e"], "J_p": J_p, "J_lambda": J_lambda}
     return values | {"K_f": K_f} | {name: Estimate(inertia, None, "kg m^2") for name, inertia in inertias.items()}
 
@@ -245,7 +247,10 @@ def controller_m(design: Design) -> str:
 
     A state feedback has the course's inputs (V_s, V_d); it comes sampled and, with the same weights, continuous.
     """
-    designs = [(x, name, "" if x is design.robust else f"_{name}") for name, x in design.by_name.items()]
+    robust, designs = design.robust, list[tuple[Judged, str, str]]()
+    for name, judged in design.by_name.items():
+        delivered = replace(judged, settings=design.flown) if judged is robust else judged
+        designs.append((delivered, name, "" if judged is robust else f"_{name}"))
     point = design.plants.model.point
     return _script("controller.m.j2", point, design=design, designs=designs, confidence=CONFIDENCE, matrices=_matrices)
 
