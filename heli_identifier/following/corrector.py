@@ -87,7 +87,8 @@ def _suspend(state: CorrectorState, why: str, plan: FollowPlan) -> CorrectorStat
     """Return the suspended state; a trial ends."""
     state = add_event(state, why, plan)
     if state.mode == "on trial":
-        state = add_event(state, "cut", plan, state.finding)
+        blocks = state.finding.blocks + state.blocks_in_mode(plan)
+        state = add_event(state, "cut", plan, state.finding._replace(blocks=blocks))
     state = state.follow_again()
     return state.enter(
         "suspended",

@@ -114,14 +114,18 @@ def judge_size(
 ) -> Finding:
     """Return the change ``number`` as estimated from ``blocks`` with these sums, or NOTHING.
 
-    ``nu``: the smallest change that matters; ``bounds``: smallest and largest size that are possible.
+    ``nu``: the smallest change that matters; ``bounds``: smallest and largest size that are possible. An estimate that
+    lies beyond a bound by chance, up to two standard errors, is that bound: a friction that vanishes leaves zero.
     """
     if information * nu * nu < _LEAST_INFORMATION:
         return NOTHING
-    size = response / information
-    if not bounds[0] <= size <= bounds[1] or abs(size) < _LEAST_SIZE * nu:
+    size, slack = response / information, 2.0 / sqrt(information)
+    if not bounds[0] - slack <= size <= bounds[1] + slack:
+        return NOTHING
+    size = min(max(size, bounds[0]), bounds[1])
+    if abs(size) < _LEAST_SIZE * nu:
         return NOTHING
     width = _PRIOR_WIDTH * nu
     q = width * width * information
-    log_bayes = 0.5 * response * size * q / (1.0 + q) - 0.5 * log(1.0 + q)
+    log_bayes = (response - 0.5 * information * size) * size * q / (1.0 + q) - 0.5 * log(1.0 + q)
     return Finding(number, blocks, size, 1.0 / sqrt(information), log_bayes)

@@ -6,9 +6,10 @@ in use, the one left alone with the values of the start, and a rival with the va
 values before it. All start from the same state, so that only their parameters differ.
 """
 
-from math import sqrt
+from math import ceil, sqrt
 from typing import NamedTuple
 
+from heli_plant.laws import bends
 from heli_plant.plant import measured_angles, step
 from heli_plant.state import PlantState
 
@@ -21,6 +22,7 @@ WINDOWS = 3
 """Windows for which errors are kept. In one window of steady hover a wrong gain may predict better by chance, together
 with a wrong offset."""
 
+_FAST_STEP = 0.01  # longest step of a copy whose arm bends or whose pitch has stops [s]
 _BATCH = 5  # comparisons in a batch, 1 s: errors of overlapping predictions are correlated
 Errors = tuple[Angles, ...]  # of predictions 1 s ahead, oldest first [rad]
 
@@ -70,8 +72,12 @@ class Predictions(NamedTuple):
         voltages = self.arrived[0] / plan.coarse, self.arrived[1] / plan.coarse
         moved = []
         for copies, twin in zip(self.copies, twins, strict=True):
-            running = [step(state, *voltages, 0.0, time, length, twin.parameters) for state in copies.running]
-            moved.append(copies._replace(running=tuple(running)))
+            running, p = copies.running, twin.parameters
+            parts = ceil(length / _FAST_STEP) if bends(p) or p.pitch_stop > 0.0 else 1
+            for part in range(parts):
+                begin, h = time + part * length / parts, length / parts
+                running = tuple([step(state, *voltages, 0.0, begin, h, p) for state in running])
+            moved.append(copies._replace(running=running))
         return Predictions(tuple(moved))
 
     def launch(self, state: PlantState, angles: Angles, fresh: bool, plan: FollowPlan) -> "Predictions":

@@ -173,10 +173,11 @@ def watch_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     number, count = state.finding.change, len(state.blocks)
     remainder = estimate_change(state, number, count, plan)
     if remainder.change < 0 or abs(remainder.z) < _REFINING_Z:
-        # the last blocks show most of a slow change
-        remainder = estimate_change(state, number, count, plan, all_blocks=False)
-        if remainder.log_bayes < _LEAD:
-            remainder = NOTHING
+        remainder = NOTHING
+    # the last blocks show most of a change that went on or back meanwhile
+    last = estimate_change(state, number, count, plan, all_blocks=False)
+    if last.log_bayes >= remainder.log_bayes + _LEAD:
+        remainder = last
     state = state.follow_again()._replace(tested=state.tested)
     return _put_on_trial(state, remainder, plan) if remainder.change >= 0 else state
 

@@ -38,7 +38,6 @@ from .datagrams import Datagram
 JUMP = 1.0  # a sample further than this from the newest one needs a second one that continues it [s]
 LONGEST_GAP = 60.0  # longest pause that is bridged by the rig's clock; after a longer one the order begins again [s]
 RECENT = 256  # number of released samples among which a duplicate is found
-EARLY = 1e-9  # a sample is due this much before its time [s]: communication points k H have rounding errors
 _AGE_TOLERANCE = 0.01  # share of an interval by which an age may fall short of it: times since 1970 are rounded
 _STANDSTILL = 1e-6  # a clock that moves by less stands still [s]: times since 1970 are rounded
 
@@ -160,13 +159,15 @@ class Clock:
             return
         offset_without_lead = order.newest.time - time - self.delay
         self.lead = 0.0 if self.offset is None else self.offset - offset_without_lead
-        # A large lead counts only with a new sample, which shows the rig's clock; while none comes, the data grow old.
-        is_ahead = self.lead > self.maximum_age and order.newest is not newest_before
+        # A lead beyond the delay makes every sample late. It counts only with a new sample, which shows the rig's
+        # clock; while none comes, the data grow old.
+        is_ahead = self.lead > max(self.delay, 2.0 * order.sample_time) and order.newest is not newest_before
         is_behind = self.lead < -self.maximum_age
         if self.offset is None or is_ahead or is_behind or order.counts["restarted"] > restarted:
             self.resynchronised += self.offset is not None
             self.offset, self.lead = offset_without_lead, 0.0
-        released = order.release(time + self.offset + EARLY)
+        # half an interval early, as the rig's clock jitters about the co-simulation's
+        released = order.release(time + self.offset + 0.5 * order.sample_time)
         self.age = 0.0 if order.last is None else max(time + self.offset - order.last.time, 0.0)
         self.fresh = bool(released) and self.age < (1.0 - _AGE_TOLERANCE) * order.sample_time
 

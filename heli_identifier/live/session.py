@@ -8,6 +8,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from statistics import fmean
 from time import monotonic
 from typing import Any, NamedTuple
 
@@ -36,6 +37,7 @@ DIAGNOSED = "diagnosis.json"
 SYNC_INTERVAL, WRITE_INTERVAL, VIEW_INTERVAL = 1.0, 0.05, 0.2
 """Time between two requests to put rows on the disk, two writes to the journals, and two views [s]."""
 
+_TWIN_TIME = 0.01  # between two samples of the twin [s]: encoders err alike for about as long
 _PAST = 300  # comparisons in a view: a minute of flight, five a second
 _DIGITS = 9  # decimals of times [s] in a file: k h has a rounding error
 
@@ -132,6 +134,7 @@ class Session:
         self.predictions = Journal(folder / PREDICTIONS, ["time [s]", *angles])
         self.recorded = Journal(folder / RECORDED, CONTRACT_HEADERS)
         self.twin: tuple[FollowPlan, CorrectorState] | None = None  # from the first instant on
+        self._samples: list[Sample] = []  # that the twin takes as one
         self.past: deque[dict[str, Any]] = deque(maxlen=_PAST)
         self.last_time = 0.0  # of a sample [s]
         self._time = self._elevation = 0.0  # of the last step [s], [rad]
@@ -170,6 +173,12 @@ class Session:
             self.add_event(Event(self.time, "stream", why=status.faults))
 
     def _step(self, sample: Sample, sample_time: float) -> None:
+        self._samples.append(sample)
+        if len(self._samples) < (count := max(1, round(_TWIN_TIME / sample_time))):
+            return
+        front, rear = (fmean(voltages) for voltages in list(zip(*self._samples, strict=True))[:2])
+        sample, sample_time = self._samples[0]._replace(v_front=front, v_rear=rear), count * sample_time
+        self._samples.clear()
         if self.twin is None:
             plan = FollowPlan(FollowSettings(sample_time=sample_time, parameters=self.plant))
             self.twin = plan, following.start_correcting(plan, sample)
