@@ -135,6 +135,5 @@ def test_a_mass_at_rest_in_its_middle_and_a_whole_step_have_slopes_and_the_next_
     row = [0.1, -0.2, 0.3, 0.4, -0.1, 0.2, 2.0, 2.5, 0.0, 0.0, 0.0, 0.0, 3.0, 2.0]
     check_slopes(stepped, row, range(len(row)), 1e-4, 1e-8)
     on = TABLE_2._replace(moving_mass_elevation=0.1, moving_mass_time=5.0)
-    assert next_step_time(0.0, on) == 5.0
-    assert next_step_time(5.0, on) == inf
+    assert next_step_time(0.0, on) == 5.0 and next_step_time(5.0, on) == inf
     assert next_step_time(0.0, TABLE_2) == inf

@@ -88,8 +88,7 @@ def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_p
     errors = [one["effects"][0]["standard_error_separated"] for one in ranked]
     assert errors == sorted(errors)
     table = np.loadtxt(file, delimiter=",", skiprows=1)
-    assert table.shape == (2000, 3)
-    assert np.abs(table[:, 1:]).max() <= 5.0
+    assert table.shape == (2000, 3) and np.abs(table[:, 1:]).max() <= 5.0
 
 
 @pytest.mark.slow
@@ -120,8 +119,7 @@ def test_the_difference_drives_pitch_and_the_total_drives_elevation():
         assert isclose(front - rear, excitation.SquareChirp().at(t), abs_tol=1e-15)
         assert isclose(front + rear, 3.0)
         front, rear = excitation.voltages(t, elevation)
-        assert front == rear
-        assert isclose(front + rear, 1.0 + 2.0 * excitation.SquareChirp().at(t))
+        assert front == rear and isclose(front + rear, 1.0 + 2.0 * excitation.SquareChirp().at(t))
     strong = excitation.Excitation(base=4.9, difference=excitation.SquareChirp(), total=excitation.SquareChirp())
     assert excitation.voltages(0.0, strong) == (5.0, 4.9)  # the amplifiers' limit
 

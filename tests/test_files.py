@@ -70,8 +70,7 @@ def test_processes_that_sweep_one_folder_leave_each_other_s_drafts_alone(tmp_pat
         process.start()
     for process in processes:
         process.join()
-    assert [process.exitcode for process in processes] == [0, 0, 0]
-    assert names(tmp_path) == []
+    assert [process.exitcode for process in processes] == [0, 0, 0] and names(tmp_path) == []
 
 
 def test_a_draft_of_last_week_goes_and_one_of_this_hour_stays_whatever_the_clock_of_a_process_says(tmp_path):

@@ -32,8 +32,7 @@ def test_published_figures_of_a_meta_analysis_and_those_of_statsmodels_come_out(
     a, b, c, d = VACCINE.T  # logarithms of the risk ratios and their standard errors
     y, s = np.log(a / (a + b) * (c + d) / c), np.sqrt(1 / a - 1 / (a + b) + 1 / c - 1 / (c + d))
     theirs, ours = combine_effects(y, s**2, method_re="pm", use_t=True), pool_estimates(y, s)
-    assert pytest.approx(152.233, abs=5e-4) == ours.Q
-    assert pytest.approx(theirs.q) == ours.Q
+    assert pytest.approx(152.233, abs=5e-4) == ours.Q and pytest.approx(theirs.q) == ours.Q
     assert ours.Q_p < 1e-4
     # the iteration of statsmodels ends when the sum of squares is off by 1e-5 of 12
     assert ours.mean == pytest.approx(theirs.mean_effect_re, rel=1e-5)
@@ -182,8 +181,7 @@ def test_page_and_document_hold_every_effect(monkeypatch):
     assert {(e["name"], e["axis"]) for e in document["effects"]} == {(e.name, e.axis) for e in CATALOGUE}
     first = document["effects"][0]
     assert (first["name"], first["finding"], first["named"]) == ("dry_friction", "repeats", ["rig 1", "rig 2"])
-    assert first["pooled"]["mean"] == pytest.approx(0.2)
-    assert len(document["rigs"]) == 3
+    assert first["pooled"]["mean"] == pytest.approx(0.2) and len(document["rigs"]) == 3
 
 
 def folder_of(place, *logs):

@@ -146,8 +146,6 @@ def test_signs_units_and_rotors_are_put_right_as_in_logs_and_a_rig_too_slow_is_r
 
 
 UNNUMBERED = USUAL_LAYOUT.partition(" ")[2]
-
-
 COARSE = (USUAL_LAYOUT, lambda k: k * H // 0.0156 * 0.0156)
 
 

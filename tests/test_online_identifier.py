@@ -69,8 +69,7 @@ def test_standard_errors_cover_the_error_that_encoders_cause_and_a_rest_angle_is
     ratio = (np.array(estimate.parameters) - np.array(truth)) / np.array(estimate.standard_errors)
     # Eleven numbers of about unit variance, with tails of a t distribution of ten degrees of freedom. (Over twenty
     # seeds the root mean square was .5 to 1.2, parameter by parameter.)
-    assert np.abs(ratio).max() < 4.5
-    assert 0.4 < np.sqrt(np.mean(ratio**2)) < 2.0
+    assert np.abs(ratio).max() < 4.5 and 0.4 < np.sqrt(np.mean(ratio**2)) < 2.0
 
 
 def run(phi, y, alpha, gain, limit=inf, h=H, omega_0=None):
@@ -197,7 +196,6 @@ def test_a_rig_at_rest_shows_no_motion_and_a_voltage_acts_only_after_its_sample_
     stepped[200] = (2.0, 0.5)
     before, after = (regressions_of(v, angles)[0][1][:, 3] for v in (held, stepped))
     # Row i belongs to sample i + 1: the voltages of sample 200 act over [t_200, t_201) and show from sample 201 on.
-    assert np.array_equal(before[:200], after[:200])
-    assert after[200] > before[200]
+    assert np.array_equal(before[:200], after[:200]) and after[200] > before[200]
     beyond, at_limit = (regressions_of(np.tile((v, 1.0), (300, 1)), angles) for v in (9.0, 5.0))
     assert all(np.array_equal(one[1], other[1]) for one, other in zip(beyond, at_limit, strict=True))

@@ -41,8 +41,7 @@ def test_a_regressor_from_outside_counts_whole_and_an_answer_to_innovations_not_
         o = update_outside(o, psi[k].tolist(), 1.0, stride * H)
     inside, own = shares(o, ONE)
     # 6000 products, correlated over .5 s, are some 600 independent ones: four filters explain 4/600 of anything.
-    assert own == pytest.approx(1.0, abs=0.05)
-    assert inside == pytest.approx(1e-4)
+    assert own == pytest.approx(1.0, abs=0.05) and inside == pytest.approx(1e-4)
 
 
 def test_in_quiet_hover_nothing_is_called_determined():
@@ -140,8 +139,7 @@ def test_merging_blocks_loses_nothing_and_the_window_is_an_exponential_mean(samp
     m = blocks_of(z)
     _, blocks = moments.weighted_blocks(m, 0.0, INTERVAL)
     np.testing.assert_allclose(np.sum(blocks, axis=0), (z.T @ z)[np.triu_indices(3)], rtol=1e-9, atol=1e-9)
-    assert len(m.blocks) < moments.CAPACITY
-    assert len(m.blocks) * m.length + m.filled == samples
+    assert len(m.blocks) < moments.CAPACITY and len(m.blocks) * m.length + m.filled == samples
     kept = exp(-INTERVAL / 20.0)
     assert m.window[0] == pytest.approx((1.0 - kept) * kept ** np.arange(samples - 1, -1, -1) @ z[:, 0] ** 2)
 
@@ -173,8 +171,7 @@ def test_intervals_cover_the_truth_under_coloured_residuals(alpha, count):
         naive_hits += error < 1.96 * noise.std() * np.sqrt(INTERVAL * np.diag(gain))
     # 95 % nominal; 80 runs scatter by 2.4 %, and some 20 blocks cost up to 3 % by the t distribution's tails. An
     # error that takes the residual for white covers far less: the test would see it.
-    assert np.all(hits / runs > 0.88)
-    assert np.all(naive_hits / runs < 0.85)
+    assert np.all(hits / runs > 0.88) and np.all(naive_hits / runs < 0.85)
     # until enough blocks are there the error is that of unit noise
     phi = regressors(30, 6)
     gain, omega = fit(phi, phi @ [1.0, 1.0], 0.0)

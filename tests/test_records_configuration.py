@@ -114,8 +114,7 @@ def test_the_rows_of_an_unnamed_matrix_are_found_by_what_they_do_to_each_other(t
     log = read_log(tmp_path / "log.mat", found.format)
     assert np.allclose(log.voltages, TRUE.voltages, atol=1e-12)
     # An encoder of 4096 counts is off by half a count at most.
-    assert np.abs(log.angles - TRUE.angles).max() <= np.pi / 4096 + 1e-9
-    assert find_suspicions(log) == ()
+    assert np.abs(log.angles - TRUE.angles).max() <= np.pi / 4096 + 1e-9 and find_suspicions(log) == ()
 
 
 def test_a_file_without_headers_is_looked_into_and_one_of_few_columns_refused(tmp_path):
@@ -135,8 +134,7 @@ def test_the_configuration_that_init_writes_reads_the_log_and_gives_every_reason
     said = heli("init", "log.mat")
     assert said.exit_code == 0, said.output
     text = (tmp_path / "heli.toml").read_text()
-    assert 'pitch = "ans(4,:)"' in text
-    assert "a larger front voltage lowers it in the file" in text
+    assert 'pitch = "ans(4,:)"' in text and "a larger front voltage lowers it in the file" in text
     assert find_suspicions(read_log("log.mat", records.read_configuration("heli.toml"))) == ()
     again = heli("init", "log.mat")
     assert (again.exit_code, "exists already" in again.output) == (2, True)

@@ -66,11 +66,9 @@ def test_a_written_log_reads_back_as_it_was(tmp_path_factory, seed, rate_hz):
     log = some_log(samples=int(6 * rate_hz), rate_hz=rate_hz, seed=seed)
     log = replace(log, references={"pitch": 0.1 * log.time})
     twin = records.read_log(records.write_log(log, tmp_path_factory.mktemp("log") / "log.csv"))
-    assert np.array_equal(twin.voltages, log.voltages)
-    assert np.array_equal(twin.angles, log.angles)
+    assert np.array_equal(twin.voltages, log.voltages) and np.array_equal(twin.angles, log.angles)
     assert np.array_equal(twin.references["pitch"], log.references["pitch"])
-    assert twin.rate_hz == pytest.approx(rate_hz, rel=1e-12)
-    assert twin.notes == ()
+    assert twin.rate_hz == pytest.approx(rate_hz, rel=1e-12) and twin.notes == ()
 
 
 def test_logs_of_one_name_are_told_apart_by_their_folders_or_numbered(tmp_path):
@@ -157,8 +155,7 @@ def test_the_stretch_that_two_logs_share_is_found():
     samples = RIG.train[2]
     one, other = log_of(samples[:6000]), log_of(samples[3000:])
     first, second, length = records.find_shared_flight(one, other)
-    assert first - second == pytest.approx(30.0, abs=0.05)
-    assert 22.0 <= length <= 30.0
+    assert first - second == pytest.approx(30.0, abs=0.05) and 22.0 <= length <= 30.0
 
 
 def test_flights_of_the_same_voltages_or_under_one_controller_or_at_rest_are_not_one_flight():
@@ -201,8 +198,7 @@ def sampling_of(time):
 @pytest.mark.parametrize("rate_hz", [50.0, 62.5, 99.5, 100.0, 2000.0])
 def test_an_even_time_keeps_its_samples_and_is_not_commented_on(rate_hz):
     found, grid, notes = sampling_of(3.0 + np.arange(12000) / rate_hz)
-    assert (grid, notes) == (None, [])
-    assert found == pytest.approx(rate_hz, rel=1e-12)
+    assert (grid, notes) == (None, []) and found == pytest.approx(rate_hz, rel=1e-12)
 
 
 @pytest.mark.parametrize("rate_hz", [60, 256, 300, 333, 2000 / 3, 700, 800])

@@ -107,8 +107,7 @@ def test_shares_tell_how_much_came_from_outside_and_where_nothing_did():
     assert stirred > 0.3 and quiet < 0.1
     # nothing from outside is said
     found = estimate(0, references=[np.zeros((SECONDS * round(RATE), 0))] * LOGS)
-    assert np.isinf(found.axes[0].half_widths).all()
-    assert np.isnan(found.axes[0].values).all()
+    assert np.isinf(found.axes[0].half_widths).all() and np.isnan(found.axes[0].values).all()
     assert found.judge([np.zeros((SECONDS * round(RATE), 1))] * LOGS)[0].p_value == 1.0
 
 
@@ -215,8 +214,7 @@ def test_open_loop_is_told_from_closed_loop_and_its_voltages_are_the_references(
     # saturated voltages are refused with the share and the limit
     log = flight(3)
     found = find_references([replace(log, voltages=np.clip(log.voltages, -1.2, 1.2), references={})])
-    assert found.origin == "none"
-    assert found.signals[0].shape == (len(log.angles), 0)
+    assert found.origin == "none" and found.signals[0].shape == (len(log.angles), 0)
     assert any("at the limit of 1.20 V" in note for note in found.notes)
 
 

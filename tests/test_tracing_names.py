@@ -46,8 +46,7 @@ MECHANICS = {"inertial_coupling_elevation", "inertial_coupling_travel", "large_a
 def test_a_clean_rig_is_accused_of_nothing_and_in_calm_air_gets_no_mechanics_that_it_lacks(index):
     """Five minutes in calm air tell a coefficient of 0 from one of 1."""
     selection, _ = searched("clean", index)
-    assert shown(selection) == set()
-    assert not MECHANICS & set(fit_delivered(selection, []).fields)
+    assert shown(selection) == set() and not MECHANICS & set(fit_delivered(selection, []).fields)
 
 
 @pytest.mark.slow
@@ -57,8 +56,7 @@ def test_rounding_by_the_encoders_does_not_become_friction_in_long_flights():
     logs = [noisy_log(TABLE_2, drive(500.0, k), 10 + k, deviation=torque, name=f"{k}") for k in range(3)]
     likelihood = likelihood_of(logs)
     selection = select(fit_log_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
-    assert max(own.score for own in selection.scores.values()) > 8.0
-    assert shown(selection) == set()
+    assert max(own.score for own in selection.scores.values()) > 8.0 and shown(selection) == set()
 
 
 @pytest.mark.parametrize(("kind", "index"), [
@@ -248,8 +246,7 @@ def test_a_periodic_torque_is_found_at_its_frequency_with_its_amplitude():
     assert shape.amplitude == pytest.approx(AMPLITUDE, abs=4.0 * shape.amplitude_standard_error)
     assert shape.amplitude_standard_error < 0.1 * AMPLITUDE
     # its phase differs from log to log, so the plant cannot have it
-    assert not found[0].in_plant
-    assert after.fit.parameters.table_variable_elevation == 0.0
+    assert not found[0].in_plant and after.fit.parameters.table_variable_elevation == 0.0
     assert [len(rows) for rows in after.fit.point.harmonics] == [1, 1]
     weak = replace(after.fit.point, harmonics=[rows * [1.0, 1.0, 0.5, 0.5] for rows in after.fit.point.harmonics])
     (again,) = (u for u in scan(replace(after.fit, point=weak)) if (u.axis, u.variable) == ("elevation", "time"))
