@@ -156,7 +156,7 @@ def list_proposals(limit: float, parameters: PlantParameters) -> Iterator[Propos
     bases = sorted({base for base in (*BASES, hover) if 0.0 <= base <= limit})
     for base, *bands, rms in product(bases, BANDS, BANDS, STRENGTHS):
         first, second = ("{:g} to {:g} Hz".format(*BANDS[band]) for band in bands)
-        name = f"multisines of {rms:g} V rms, {first} on v_f - v_r and {second} on v_f + v_r, base {base:g} V"
+        name = f"multisines, {rms:g} V rms: {first} on v_f - v_r, {second} on v_f + v_r, base {base:g} V"
         yield Proposal(name, multisines(base, (rms, rms), bands, limit))
 
 
@@ -234,9 +234,9 @@ def write_voltages(outlook: Outlook, parameters: PlantParameters, limits: Limits
 def experiment_table(outlooks: Sequence[Outlook]) -> Table:
     """Return visibilities, separated standard errors, correlation and largest angles, with notes that explain them."""
     effects = outlooks[0].effects
-    columns = list[str]()
+    columns, one_name = list[str](), len({x.name for x in effects}) < len(effects)
     for x in effects:
-        columns += [f"visibility of {results.effect_name(x.name, x.axis)}", f"its error [{x.unit}]"]
+        columns += [f"visibility of {x.name}{f', {x.axis}' * one_name}", f"its error [{x.unit}]"]
     rows = []
     for outlook in outlooks:
         sights = [(f"{100.0 * x.visibility:.0f} %", f"{x.standard_error_separated:.2g}") for x in outlook.effects]
