@@ -131,13 +131,15 @@ def build(
     Raises
     ------
     BuildError
-        An unknown unit or parameter, a value out of range, an argument for native units without ``native``, a source
-        that an FMU must not contain, a unit that does not exist in C or has no model exchange, a compiler that fails.
+        An unknown unit, parameter or FMI version, a bad value, an argument for native units without ``native``,
+        a source that an FMU must not contain, a unit that is not in C or has no model exchange, a compiler that fails.
     """
     options = {f"fmi={fmi}": fmi != 2, "all_platforms": all_platforms, "model_exchange": model_exchange}
     for name, given in options.items():
         if given and not native:
             raise BuildError(f"{name} belongs to native units; add native=True")
+    if fmi not in (2, 3):
+        raise BuildError(f"fmi is {fmi}; native units exist for FMI 2 and 3; give 2 or 3")
     kind = unit_class(unit)
     start_values = check_start_values(kind, parameters or {})
     variables = variables_of(kind, start_values)

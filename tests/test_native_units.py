@@ -263,8 +263,8 @@ def test_sources_and_their_description_are_always_there(tmp_path, twins):
 
 
 def test_a_native_twin_of_a_unit_that_runs_in_python_only_and_an_exchange_but_of_the_plant_are_refused(tmp_path):
-    for option in ({"fmi": 3}, {"all_platforms": True}, {"model_exchange": True}):
-        with pytest.raises(BuildError, match="belongs to native units"):
+    for option in ({"fmi": 3}, {"all_platforms": True}, {"model_exchange": True}, {"fmi": 4, "native": True}):
+        with pytest.raises(BuildError, match="belongs to native units|native units exist for FMI 2 and 3"):
             build("HelicopterPlant", tmp_path, **option)
     with pytest.raises(BuildError, match="Corrector runs in Python only"):
         build("Corrector", tmp_path, native=True)
