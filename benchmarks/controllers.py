@@ -85,9 +85,7 @@ def judge_designs(plants: int, colour: str, seed: int) -> list[Row]:
     return rows
 
 
-def controllers(
-    seeds: str = "1:25:2", colours: str = ",".join(COLOURS), plants: int = 300, workers: int = 2
-) -> None:
+def controllers(seeds: str = "1:25:2", colours: str = ",".join(COLOURS), plants: int = 300, workers: int = 2) -> None:
     """Print a table of the promises that the designs keep."""
     cases = product(parse_range(seeds), colours.split(","))
     jobs = [partial(judge_designs, plants, colour, seed) for seed, colour in cases]

@@ -160,7 +160,9 @@ FOLLOW = Scenario(
     "follow",
     "a twin that follows a rig: LogPlayer -> Corrector -> FollowingPlant, and AdaptiveIdentifier beside them",
     (
-        ("player", "LogPlayer"), ("identifier", "AdaptiveIdentifier"), ("corrector", "Corrector"),
+        ("player", "LogPlayer"),
+        ("identifier", "AdaptiveIdentifier"),
+        ("corrector", "Corrector"),
         ("plant", "FollowingPlant"),
     ),
     (

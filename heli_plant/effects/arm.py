@@ -60,7 +60,9 @@ def inertial_coupling_pitch(
     """
     return -c * (
         sin(horizontal_elevation) * (k_y * mu_sum * sin(pitch) - a_wy * travel_rate)
-        + 0.5 * sin(2.0 * pitch) * (travel_rate * cos(horizontal_elevation) - elevation_rate)
+        + 0.5
+        * sin(2.0 * pitch)
+        * (travel_rate * cos(horizontal_elevation) - elevation_rate)
         * (travel_rate * cos(horizontal_elevation) + elevation_rate)
         + elevation_rate * travel_rate * cos(horizontal_elevation) * (1.0 - cos(2.0 * pitch))
     )

@@ -63,6 +63,7 @@ STEP = 0.001
 COUNTS_PER_TURN = np.array([4096, 4096, 8192])
 """Encoders of pitch, elevation and travel."""
 
+
 class Control(NamedTuple):
     """Gains of the controller."""
 

@@ -123,9 +123,7 @@ STRENGTHS: Mapping[str, tuple[tuple[tuple[str, float], ...], ...]] = {
     "product_of_inertia": (((_T, 0.01),),),
 }
 
-EITHER_SIGN = frozenset(
-    {"rotor_mismatch", "moving_mass", "constant_torque", "rotor_drag_torque", "product_of_inertia"}
-)
+EITHER_SIGN = frozenset({"rotor_mismatch", "moving_mass", "constant_torque", "rotor_drag_torque", "product_of_inertia"})
 """Effects whose sign is drawn."""
 
 SHAPES: Mapping[str, Mapping[str, tuple[float, float]]] = {
