@@ -148,7 +148,7 @@ class Clock:
     def __init__(self, delay: float, maximum_age: float, sample_time: float) -> None:
         self.delay, self.maximum_age, self.order = delay, maximum_age, Order(sample_time)
         self.offset: float | None = None
-        self.resynchronised, self.fresh, self.age, self.lead = 0, False, 0.0, 0.0
+        self.resynchronised, self.late, self.fresh, self.age, self.lead = 0, 0, False, 0.0, 0.0
 
     def tick(self, time: float, samples: Iterable[Datagram]) -> None:
         """Go to simulated ``time`` [s] with the ``samples`` that have come in."""
@@ -159,13 +159,16 @@ class Clock:
             return
         offset_without_lead = order.newest.time - time - self.delay
         self.lead = 0.0 if self.offset is None else self.offset - offset_without_lead
-        # A lead beyond the delay makes every sample late. It counts only with a new sample, which shows the rig's
-        # clock; while none comes, the data grow old.
-        is_ahead = self.lead > max(self.delay, 2.0 * order.sample_time) and order.newest is not newest_before
+        # A lead counts only with a new sample, which shows the rig's clock; while none comes, the data grow old. If it
+        # stays beyond the delay, every sample is late; a single sample that comes in late does not set the clock again.
+        is_new = order.newest is not newest_before
+        if is_new:
+            self.late = self.late + 1 if self.lead > max(self.delay, 2.0 * order.sample_time) else 0
+        is_ahead = is_new and (self.lead > self.maximum_age or self.late * order.sample_time >= JUMP)
         is_behind = self.lead < -self.maximum_age
         if self.offset is None or is_ahead or is_behind or order.counts["restarted"] > restarted:
             self.resynchronised += self.offset is not None
-            self.offset, self.lead = offset_without_lead, 0.0
+            self.offset, self.lead, self.late = offset_without_lead, 0.0, 0
         # half an interval early, as the rig's clock jitters about the co-simulation's
         released = order.release(time + self.offset + 0.5 * order.sample_time)
         self.age = 0.0 if order.last is None else max(time + self.offset - order.last.time, 0.0)
