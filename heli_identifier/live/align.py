@@ -36,6 +36,7 @@ from operator import attrgetter
 from .datagrams import Datagram
 
 JUMP = 1.0  # a sample further than this from the newest one needs a second one that continues it [s]
+LASTING = 1.0  # the clock is set again when every sample of so long came in late [s]
 LONGEST_GAP = 60.0  # longest pause that is bridged by the rig's clock; after a longer one the order begins again [s]
 RECENT = 256  # number of released samples among which a duplicate is found
 _AGE_TOLERANCE = 0.01  # share of an interval by which an age may fall short of it: times since 1970 are rounded
@@ -142,7 +143,7 @@ class Clock:
     ``delay`` and maximum age of data [s]; the ``offset`` of the rig's clock [s] (None before the first sample), and how
     often it was set again (``resynchronised``). ``fresh``: the sample shown is new and was due now; one that came in a
     sampling interval late is not the rig's state of this instant. ``age`` of the sample shown, beyond the delay [s];
-    ``lead``: how far the co-simulation runs ahead of the rig [s].
+    ``lead``: how far the co-simulation runs ahead of the rig [s]; ``late``: number of samples in a row that were late.
     """
 
     def __init__(self, delay: float, maximum_age: float, sample_time: float) -> None:
@@ -164,7 +165,7 @@ class Clock:
         is_new = order.newest is not newest_before
         if is_new:
             self.late = self.late + 1 if self.lead > max(self.delay, 2.0 * order.sample_time) else 0
-        is_ahead = is_new and (self.lead > self.maximum_age or self.late * order.sample_time >= JUMP)
+        is_ahead = is_new and (self.lead > self.maximum_age or self.late * order.sample_time >= LASTING)
         is_behind = self.lead < -self.maximum_age
         if self.offset is None or is_ahead or is_behind or order.counts["restarted"] > restarted:
             self.resynchronised += self.offset is not None
