@@ -38,7 +38,6 @@ from .report import RESULTS as RESULTS
 from .report import notebook_view as notebook_view
 from .report import render as render
 from .report import write_results as write_results
-from .running import Simulation as Simulation
 from .running import build as build
 from .running import play_log as play_log
 from .running import simulate as simulate

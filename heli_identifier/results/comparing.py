@@ -14,7 +14,7 @@ from heli_identifier.errors import refuse
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.records import LogSource, read_logs
 from heli_identifier.results.ahead import errors_ahead
-from heli_identifier.results.diagnosis import Diagnosis, DiagnosisFile, ErrorFigure
+from heli_identifier.results.diagnosis import Diagnosis, DiagnosisFile, ErrorFigure, Use
 from heli_identifier.results.documents import damage_error, read_document
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters
 from heli_identifier.results.sources import read_parameters
@@ -23,28 +23,19 @@ from heli_identifier.results.words import AHEAD, angle_text, effect_name, join_w
 from heli_identifier.signatures import check_types
 from heli_plant.effects import AXES
 
+Value = Estimate | ErrorFigure | Use | None
+"""What a diagnosis says of one thing; None if its plant does not have it."""
+
 
 @dataclass(frozen=True)
-class ComparedEstimate:
-    """A parameter or a coefficient of both plants; None if a plant does not have it."""
+class Compared:
+    """What two diagnoses say of one thing."""
 
     name: str
-    first: Estimate | None
-    second: Estimate | None
+    first: Value
+    second: Value
     outcome: str
-    """Whether it moved by more than its interval, is only in one of them, or was given to both."""
-
-
-@dataclass(frozen=True)
-class ComparedError:
-    """Errors ahead [rad] of both plants on one axis of one log."""
-
-    log: str
-    axis: str
-    first: ErrorFigure
-    second: ErrorFigure
-    outcome: str
-    """Which plant is better: the one whose interval lies below the other's."""
+    """Whether an estimate moved by more than its interval, whether a use differs, or which plant is better."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -53,18 +44,21 @@ class Comparison(Tabular):
 
     names: tuple[str, str]
     """Names of the two diagnoses."""
-    parameters: tuple[ComparedEstimate, ...]
-    """Of the corrected plants by name; a gain as slope at the median voltage of its logs."""
-    effects: tuple[ComparedEstimate, ...]
+    parameters: tuple[Compared, ...]
+    """Of the corrected plants by symbol; a gain as slope at the median voltage of its logs."""
+    effects: tuple[Compared, ...]
     """Effects that at least one of the plants has."""
-    errors: tuple[ComparedError, ...]
-    """On the logs that were given."""
-    judged: str
-    """The error that is compared: `prediction_1s`, or `ahead_200ms` if a controller flew the logs of a diagnosis."""
-    use: Mapping[str, tuple[str, str]]
+    uses: tuple[Compared, ...]
     """What each axis may be used for."""
+    errors: tuple[Compared, ...]
+    """Errors ahead [rad] on every axis of the logs that were given."""
     notes: tuple[str, ...]
     """What limits the comparison."""
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What limits the comparison."""
+        return self.notes
 
     @property
     def moved(self) -> tuple[str, ...]:
@@ -77,22 +71,16 @@ class Comparison(Tabular):
         """One row per parameter, effect, use of an axis, and error."""
         count = len(self.parameters) + len(self.effects)
         title = f"{len(self.moved)} of {count} parameters and effects differ between {' and '.join(self.names)}"
-        rows: list[Sequence[str]] = []
-        for group, absent in ((self.parameters, "–"), (self.effects, "not in the plant")):
-            for entry in group:
-                cells = (with_interval(estimate) if estimate else absent for estimate in (entry.first, entry.second))
-                rows.append((entry.name, *cells, entry.outcome))
-        for axis, uses in self.use.items():
-            rows.append((f"use of the {axis}", *uses, "the same" if uses[0] == uses[1] else "differs"))
-        for error in self.errors:
-            label = f"{error.log}, {error.axis} {AHEAD[self.judged]} [mrad]"
-            rows.append((label, angle_text(error.first), angle_text(error.second), error.outcome))
+        entries = (*self.parameters, *self.effects, *self.uses, *self.errors)
+        rows = [(entry.name, _cell(entry.first), _cell(entry.second), entry.outcome) for entry in entries]
         return Table(title, ("what", *self.names, "outcome"), rows)
 
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """What limits the comparison."""
-        return self.notes
+
+def _cell(value: Value) -> str:
+    """Return a value as text; an error in mrad."""
+    if isinstance(value, Estimate):
+        return with_interval(value)
+    return f"{angle_text(value)} mrad" if isinstance(value, ErrorFigure) else value or "–"
 
 
 @check_types
@@ -123,11 +111,12 @@ def compare(
         names = (str(first), str(second))
     judged = "ahead_200ms" if any(document.closed_loop for document in documents) else "prediction_1s"
     used = read_logs(logs)
-    both = (errors_ahead(plant.plant(), used, judged) for plant in plants if used)
-    errors = [
-        ComparedError(log, axis, old, new, compare_errors(old, new))
-        for (log, axis, old), (_, _, new) in zip(*both, strict=True)
-    ]
+    uses = ({f"use of the {axis}": report.use for axis, report in document.axes.items()} for document in documents)
+    errors = (
+        {f"{axis} {AHEAD[judged]} on {log}": error for log, axis, error in errors_ahead(plant.plant(), used, judged)}
+        for plant in plants
+        if used
+    )
     voltages = [f"{document.settings['operating_point']:.3g} V" for document in documents]
     notes = [
         "Of twenty estimates that are alike, one moves by more than its interval by chance.",
@@ -143,34 +132,34 @@ def compare(
         names,
         _compare_by_name(*map(slope_estimates, documents)),
         _compare_by_name(*map(_plant_effects, documents)),
-        tuple(errors),
-        judged,
-        {axis: (str(report.use), str(documents[1].axes[axis].use)) for axis, report in documents[0].axes.items()},
+        _compare_by_name(*uses),
+        _compare_by_name(*errors),
         tuple(notes),
     )
 
 
-def _compare_by_name(first: Mapping[str, Estimate], second: Mapping[str, Estimate]) -> tuple[ComparedEstimate, ...]:
-    """Compare the estimates that have the same name, and list those that only one plant has."""
+def _compare_by_name(first: Mapping[str, Value] = {}, second: Mapping[str, Value] = {}) -> tuple[Compared, ...]:
+    """Compare what has the same name, and list what only one plant has."""
     pairs = ((name, first.get(name), second.get(name)) for name in {**first, **second})
-    return tuple(ComparedEstimate(name, old, new, compare_estimates(old, new)) for name, old, new in pairs)
+    return tuple(Compared(name, old, new, compare_values(old, new)) for name, old, new in pairs)
 
 
-def compare_estimates(first: Estimate | None, second: Estimate | None) -> str:
-    """Say whether an estimate moved by more than its interval, is only in one plant, or was given to both."""
+def compare_values(first: Value, second: Value) -> str:
+    """Say whether an estimate moved by more than its interval, which error is smaller beyond its, or if a use differs.
+
+    A value that only one of the plants has, or that was given to both, is said to be so.
+    """
     if first is None or second is None:
         return f"only in the {'second' if first is None else 'first'}"
-    if first.standard_error is None and second.standard_error is None:
-        return "given" if first.value == second.value else "given otherwise"
-    error = hypot(first.standard_error or 0.0, second.standard_error or 0.0)
-    return "moved" if abs(second.value - first.value) > 1.96 * error else "within its interval"
-
-
-def compare_errors(first: ErrorFigure, second: ErrorFigure) -> str:
-    """Say which plant is better: the one whose interval lies below the other's."""
-    if first.high < second.low:
-        return "first is better"
-    return "second is better" if second.high < first.low else "not told apart"
+    if isinstance(first, ErrorFigure) and isinstance(second, ErrorFigure):
+        better = "first" if first.high < second.low else "second" if second.high < first.low else ""
+        return f"{better} is better" if better else "not told apart"
+    if isinstance(first, Estimate) and isinstance(second, Estimate):
+        if first.standard_error is None and second.standard_error is None:
+            return "given" if first.value == second.value else "given otherwise"
+        error = hypot(first.standard_error or 0.0, second.standard_error or 0.0)
+        return "moved" if abs(second.value - first.value) > 1.96 * error else "within its interval"
+    return "the same" if first == second else "differs"
 
 
 def _open_diagnosis(source: Diagnosis | str | PathLike[str], name: str) -> tuple[str, DiagnosisFile, ParameterSet]:

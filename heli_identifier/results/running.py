@@ -2,23 +2,19 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from heli_identifier.errors import ConfigurationError, IdentifierError, require_positive
 from heli_identifier.files import draft_folder
 from heli_identifier.records import Log, LogSource, read_logs, write_log
 from heli_identifier.results.diagnosis import Diagnosis, HeldOutSeries
-from heli_identifier.results.documents import to_json_value
 from heli_identifier.results.parameters import PLANT
 from heli_identifier.results.sources import ParameterSource, PlantSource, parameter_set, to_plant
-from heli_identifier.results.tables import Table, Tabular
-from heli_identifier.results.words import to_digits
 from heli_identifier.signatures import check_types
 from heli_identifier.tracing import record_start
 from heli_plant.effects import AXES
@@ -26,10 +22,9 @@ from heli_plant.simulation import simulate as simulate_plant
 from heli_plant.state import PlantState, rest_state
 
 if TYPE_CHECKING:
-    import pandas
-
-SIGNALS = ("v_front", "v_rear", "pitch", "elevation", "travel")
-"""Columns of a simulation: voltages [V], angles [rad]."""
+    from pandas import DataFrame
+else:
+    DataFrame = Any  # pandas takes half a second to import, and simulate alone needs it
 
 FREE_RUN_TOLERANCE = 1e-9
 """Largest difference [rad] between the unit's free-run error and the reported one."""
@@ -39,51 +34,10 @@ START_PARAMETERS |= {"nu_front": "plant.initial.v_front", "nu_rear": "plant.init
 """Parameters of the unit that set its start state, by the fields of the state."""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Simulation(Tabular):
-    """A simulated run."""
-
-    time: NDArray[np.float64]
-    """Shape (N,) [s]."""
-    voltages: NDArray[np.float64]
-    """Shape (N, 2): front and rear voltage [V], row k held over [t_k, t_(k+1))."""
-    angles: NDArray[np.float64]
-    """Shape (N, 3): pitch, elevation, travel [rad] as the encoders' shafts turn."""
-    states: NDArray[np.float64]
-    """Shape (N, 12): columns are the fields of :class:`heli_plant.state.PlantState`, which names their units."""
-
-    def to_frame(self) -> "pandas.DataFrame":
-        """Return the run as a table: index ``time`` [s]; columns v_front, v_rear [V], pitch, elevation, travel [rad].
-
-        The rates and the other fields of :class:`heli_plant.state.PlantState` follow by their names.
-        """
-        import pandas
-
-        table = np.column_stack((self.voltages, self.angles, self.states[:, 3:]))
-        return pandas.DataFrame(table, pandas.Index(self.time, name="time"), [*SIGNALS, *PlantState._fields[3:]])
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return time [s], voltages [V] and angles [rad] as lists of numbers by name; null for what is not finite."""
-        columns = np.column_stack((self.voltages, self.angles)).T
-        return to_json_value({"time": self.time, **dict(zip(SIGNALS, columns, strict=True))})
-
-    @property
-    def table(self) -> Table:
-        """Range and last value of every voltage and angle."""
-        values = np.column_stack((self.voltages, self.angles)).T
-        units = ("V", "V", "rad", "rad", "rad")
-        rows = [
-            (f"{name} [{unit}]", *(to_digits(float(value)) for value in (column.min(), column.max(), column[-1])))
-            for name, unit, column in zip(SIGNALS, units, values, strict=True)
-        ]
-        title = f"{to_digits(self.time[-1])} s in {len(self.time)} samples"
-        return Table(title, ("signal", "smallest", "largest", "last"), rows)
-
-
 @check_types
 def simulate(
     parameters: PlantSource, inputs: LogSource | ArrayLike, *, step: float = 0.01, start: PlantState | None = None
-) -> Simulation:
+) -> DataFrame:
     """Simulate the plant: the simplified model of the paper, eq. (2), (9), (10), (12), with every effect that is on.
 
     Parameters
@@ -96,12 +50,20 @@ def simulate(
     start : PlantState, optional
         State at time 0. By default that of the log's first samples, or rest under no voltage.
 
+    Returns
+    -------
+    pandas.DataFrame
+        Index ``time`` [s]; columns v_front, v_rear [V], held until the next row; pitch, elevation, travel [rad] as the
+        encoders' shafts turn; then the other fields of :class:`heli_plant.state.PlantState`, which names their units.
+
     Raises
     ------
     ConfigurationError
         The parameters are not those of a plant, the voltages are not of shape (N, 2) and finite, or the step is not
         positive.
     """
+    import pandas
+
     plant = to_plant(parameters)
     if isinstance(inputs, Log | str | PathLike):
         (log,) = read_logs(inputs)
@@ -112,7 +74,9 @@ def simulate(
     if voltages.ndim != 2 or voltages.shape[1] != 2 or not len(voltages) or not np.isfinite(voltages).all():
         raise ConfigurationError(f"voltages of shape {voltages.shape} must be finite and of shape (N, 2).")
     states, angles = simulate_plant(voltages, step, start or rest_state(plant), plant)
-    return Simulation(np.arange(len(voltages), dtype=np.float64) * step, voltages, angles, states)
+    time = pandas.Index(np.arange(len(voltages), dtype=np.float64) * step, name="time")
+    columns = ["v_front", "v_rear", *PlantState._fields]
+    return pandas.DataFrame(np.column_stack((voltages, angles, states[:, 3:])), time, columns)
 
 
 def start_of(log: Log) -> PlantState:
