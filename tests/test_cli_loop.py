@@ -70,7 +70,7 @@ def test_a_check_passes_on_a_log_of_the_same_rig_and_fails_on_one_of_another(dia
     suite = ElementTree.parse(tmp_path / "failed.xml").getroot()
     outcome = json.loads(failed.stdout)
     assert not outcome["passed"]
-    assert int(suite.attrib["failures"]) == sum(not axis["passed"] for axis in outcome["axes"]) > 0
+    assert int(suite.attrib["failures"]) == sum(not axis["passed"] for axis in outcome["outcomes"]) > 0
     assert len(suite.findall("testcase/failure")) == int(suite.attrib["failures"])
 
 

@@ -246,5 +246,5 @@ def test_gains_in_the_configuration_fly_a_log_again(tmp_path, monkeypatch):
         gains = {axis: [factor * gain for gain in getattr(settings, axis)] for axis in ("pitch", "elevation")}
         rows = [f"{axis} = {own}" for axis, own in gains.items()]
         Path("heli.toml").write_text("\n".join(["[controller.pid]", *rows, f"trim = {settings.trim}", ""]))
-        differ.append(heli_json("check", "flight.csv", "--limit", 1000)["voltages_V"]["flight"])
+        differ.append(heli_json("check", "flight.csv", "--limit", 1000)["voltages"]["flight"])
     assert differ[0] < 1e-9 < 0.05 < differ[1]

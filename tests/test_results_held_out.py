@@ -10,7 +10,7 @@ from benchmarks.rigs import likelihood_of as nothing_fitted
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Event, Log
-from heli_identifier.results import Use, compare_to_limits, diagnose, rms_figures
+from heli_identifier.results import Use, diagnose, errors_ahead, rms_figures
 from heli_identifier.results.held_out import _thin_errors, compare, judge_use, likelihood_of
 from heli_identifier.results.prediction import HORIZONS, Model, Run, simulate_record
 from heli_identifier.tracing import Determination, ParameterReport, coordinates_of, fit, helicopter
@@ -246,14 +246,15 @@ def test_what_is_left_out_counts_in_no_figure_but_the_free_run(fits):
         compare(before, after, [replace(log, events=(replace(event, start=0.0, end=60.0),))])
 
 
-def test_a_gate_passes_what_keeps_its_limit_and_names_what_does_not(compared, fits):
+def test_errors_ahead_of_a_plant_alone_are_those_of_the_comparison_and_of_a_log_too_short_there_are_none(
+    compared, fits
+):
     log, plant = fits[2], fits[1].parameters
-    outcomes = compare_to_limits(plant, {"pitch": 0.1, "travel": 1e-6}, [log])
-    assert [(o.log, o.axis, o.passed) for o in outcomes] == [(log.name, "pitch", True), (log.name, "travel", False)]
+    errors = {(name, axis): error.value for name, axis, error in errors_ahead(plant, [log])}
     # motors do not depend on the filter: the error is the one that the comparison reports
-    assert outcomes[0].error.value == pytest.approx(compared[0]["pitch"].after.prediction_1s.value, rel=1e-9)
+    assert errors[log.name, "pitch"] == pytest.approx(compared[0]["pitch"].after.prediction_1s.value, rel=1e-9)
     with pytest.raises(LogError, match="log short, error over 1 s"):
-        compare_to_limits(plant, {"pitch": 0.1}, [Log("short", 100.0, log.voltages[:250], log.angles[:250])])
+        errors_ahead(plant, [Log("short", 100.0, log.voltages[:250], log.angles[:250])])
 
 
 def test_use_follows_from_the_gain_and_from_predictions_and_what_a_gain_rests_on_from_both_intervals():

@@ -1,8 +1,7 @@
-from .ahead import Outcome as Outcome
-from .ahead import compare_to_limits as compare_to_limits
 from .ahead import errors_ahead as errors_ahead
 from .bootstrap import rms_figures as rms_figures
 from .checking import Check as Check
+from .checking import Outcome as Outcome
 from .checking import check as check
 from .comparing import Comparison as Comparison
 from .comparing import compare as compare

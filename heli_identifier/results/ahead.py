@@ -1,7 +1,6 @@
-"""Errors ahead of a plant without a fit, on logs of its rig, compared with limits."""
+"""Errors ahead of a plant without a fit, on logs of its rig."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -11,21 +10,6 @@ from heli_identifier.results.diagnosis import ErrorFigure
 from heli_identifier.results.prediction import HORIZONS, SPACING, Model, Run
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.rig import Parameters, record_of
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """One axis of one log: its error ahead [rad] and the limit [rad] of this error."""
-
-    log: str
-    axis: str
-    error: ErrorFigure
-    limit: float
-
-    @property
-    def passed(self) -> bool:
-        """Whether the error is within the limit."""
-        return self.error.value <= self.limit
 
 
 def errors_ahead(
@@ -43,11 +27,3 @@ def errors_ahead(
         figures = rms_figures([run.errors()[figure]], SPACING, what)
         errors += [(log.name, axis, error) for axis, error in zip(rig.axes, figures, strict=True)]
     return errors
-
-
-def compare_to_limits(
-    parameters: Parameters, limits: Mapping[str, float], logs: Sequence[Log], figure: str = "prediction_1s"
-) -> list[Outcome]:
-    """Compare the :func:`errors_ahead` of every axis named in ``limits`` [rad] with its limit."""
-    errors = errors_ahead(parameters, logs, figure)
-    return [Outcome(log, axis, error, limits[axis]) for log, axis, error in errors if axis in limits]

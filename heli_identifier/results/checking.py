@@ -6,8 +6,8 @@ from typing import Any
 
 from heli_identifier.errors import LogError
 from heli_identifier.records import LogSource, read_logs
-from heli_identifier.results.ahead import Outcome, compare_to_limits
-from heli_identifier.results.diagnosis import Use
+from heli_identifier.results.ahead import errors_ahead
+from heli_identifier.results.diagnosis import ErrorFigure, Use
 from heli_identifier.results.report import render
 from heli_identifier.results.sources import ParameterSource, parameter_set
 from heli_identifier.results.tables import Table, Tabular
@@ -19,12 +19,27 @@ ANOTHER_CONTROLLER = 0.2
 """Root mean square [V] of the difference of voltages from which on another controller flew."""
 
 
+@dataclass(frozen=True)
+class Outcome:
+    """One axis of one log: its error ahead [rad] and the limit [rad] of this error."""
+
+    log: str
+    axis: str
+    error: ErrorFigure
+    limit: float
+    passed: bool = field(init=False)
+    """Whether the error is within the limit."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "passed", self.error.value <= self.limit)
+
+
 @dataclass(frozen=True, repr=False)
 class Check(Tabular):
     """Errors of a model on new logs, compared with limits."""
 
     outcomes: tuple[Outcome, ...]
-    """One per log and axis: ``log``, ``axis``, ``error`` [rad], ``limit`` [rad], ``passed``."""
+    """One per log and axis."""
     not_judged: tuple[str, ...] = ()
     """Axes that the diagnosis calls not usable: their errors have no limit."""
     judged: str = "prediction_1s"
@@ -68,20 +83,8 @@ class Check(Tabular):
         return (*others, *([answers] if self.controller_flew else []))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the outcome as `heli check --json` prints it; angles in rad."""
-        axes = [
-            {
-                "log": outcome.log,
-                "axis": outcome.axis,
-                f"{self.judged}_rad": outcome.error.value,
-                "interval": [outcome.error.low, outcome.error.high],
-                "limit_rad": outcome.limit,
-                "passed": outcome.passed,
-            }
-            for outcome in self.outcomes
-        ]
-        voltages = {"voltages_V": dict(self.voltages)} if self.voltages else {}
-        return {"passed": self.passed, "not_judged": list(self.not_judged), "axes": axes, **voltages}
+        """Return the outcome as `heli check --json` prints it: whether all passed, and the fields; angles in rad."""
+        return {"passed": self.passed, **super().to_dict()}
 
     def junit(self) -> str:
         """Return the outcome as JUnit XML, one case per log and axis, which CI systems show test by test."""
@@ -120,7 +123,8 @@ def check(logs: LogSource | Sequence[LogSource], parameters: ParameterSource, fa
     used = read_logs(logs)
     if not used:
         raise LogError("no log was given; name at least one.")
-    outcomes = compare_to_limits(expected.plant(), expected.limits(factor), used, expected.judged)
+    limits, errors = expected.limits(factor), errors_ahead(expected.plant(), used, expected.judged)
+    outcomes = [Outcome(log, axis, error, limits[axis]) for log, axis, error in errors if axis in limits]
     failed = expected.judged == "prediction_1s" and not all(outcome.passed for outcome in outcomes)
     flew = failed and find_references(used).closed_loop
     return Check(tuple(outcomes), expected.axes_for(Use.NOTHING), expected.judged, flew)
