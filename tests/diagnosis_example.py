@@ -158,10 +158,7 @@ def example_diagnosis(logs=None):
     """The diagnosis of one or two held-out logs of twenty seconds."""
     logs = logs or [simulated_log()]
     series = tuple(held_out_series(log) for log in logs)
-    names = tuple((entry.name, entry.axis) for entry in CATALOGUE)
-    correlation, gain = np.eye(len(names)), results.ErrorFigure(70.0, 50.0, 90.0)
-    correlation[3, 0] = correlation[0, 3] = 0.95
-    correlation[7, 2] = correlation[2, 7] = -0.5
+    gain = results.ErrorFigure(70.0, 50.0, 90.0)
     return results.Diagnosis(
         verdict=results.RigVerdict.EFFECTS_SHOWN, effects=found_effects(),
         possible=(
@@ -176,7 +173,6 @@ def example_diagnosis(logs=None):
         covariance_fields=("k_x",), plant_before=BEFORE, plant_after=AFTER, axes=axis_reports(series),
         held_out=results.HeldOutLikelihood(20.0, 1800.0, 1803.5, gain, {"after": (7.0, 8)}), closed_loop=False,
         references="voltages", agreement=tracing.Agreement(0.8, 0.9, 3), series=series, curves=curves(),
-        correlation_labels=names, correlation=correlation,
         data=(
             results.DataEntry("train <1>.csv", "ab" * 32, 9000, 100.0, "training", ("pitch in degrees",)),
             results.DataEntry("held.csv", "cd" * 32, 2000, 100.0, "held out"),

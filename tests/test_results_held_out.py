@@ -246,9 +246,7 @@ def test_what_is_left_out_counts_in_no_figure_but_the_free_run(fits):
         compare(before, after, [replace(log, events=(replace(event, start=0.0, end=60.0),))])
 
 
-def test_errors_ahead_of_a_plant_alone_are_those_of_the_comparison_and_of_a_log_too_short_there_are_none(
-    compared, fits
-):
+def test_errors_ahead_of_a_plant_alone_are_those_of_the_comparison_and_a_short_log_has_none(compared, fits):
     log, plant = fits[2], fits[1].parameters
     errors = {(name, axis): error.value for name, axis, error in errors_ahead(plant, [log])}
     # motors do not depend on the filter: the error is the one that the comparison reports

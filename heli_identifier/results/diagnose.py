@@ -28,7 +28,7 @@ from heli_identifier.results.ahead import errors_ahead
 from heli_identifier.results.diagnosis import DataEntry, Diagnosis, ErrorFigure, RigVerdict
 from heli_identifier.results.held_out import compare
 from heli_identifier.signatures import check_types
-from heli_identifier.tracing.findings import correlation, draw_curves, estimates, log_faults
+from heli_identifier.tracing.findings import draw_curves, estimates, log_faults
 from heli_identifier.tracing.fit import Fit, covariance, fit
 from heli_identifier.tracing.helicopter import LAG_FIELD
 from heli_identifier.tracing.identification import Identification, Progress, identify_plant
@@ -103,7 +103,6 @@ def diagnose(
     }
     in_plant = {(effect.name, effect.axis) for effect in (*effects, *possible) if effect.in_plant}
     effect_fields = {effect.field for effect in rig.effects if (effect.name, effect.axis) in in_plant}
-    labels, matrix = correlation(identified.selection, [effect.field for effect in rig.effects])
     slopes = np.array([after.slope(c.field) * (c.sign or 1.0) for c in after.coordinates if c.fault is None])
     C_slopes = slopes[:, None] * C * slopes
     return Diagnosis(
@@ -130,8 +129,6 @@ def diagnose(
         agreement=identified.agreement,
         series=series,
         curves=draw_curves(after, effects),
-        correlation_labels=labels,
-        correlation=matrix,
         data=tuple(
             DataEntry(log.path or log.name, log.sha256, log.samples, log.rate_hz, use, log.notes)
             for use, logs in (("training", training), ("held out", unseen))

@@ -235,10 +235,6 @@ class Diagnosis(DiagnosisFile):
     ahead_200ms: Mapping[str, float] = field(default_factory=dict)
     """Where a controller flew: by axis the corrected plant's largest error .2 s ahead [rad] on one log, training logs
     included, in air of which nothing is known."""
-    correlation_labels: tuple[tuple[str, str], ...]
-    """Entries of the catalogue in the order of the rows of ``correlation``."""
-    correlation: Array
-    """Shape (K, K): correlations between the catalogue's signatures beside what is in the model."""
 
     def summary(self) -> str:
         """Return the verdict, the errors before and after, and the notes as plain text."""

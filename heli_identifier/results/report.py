@@ -39,9 +39,6 @@ PAGES = TEMPLATES.overlay(
 )
 """The templates of pages: their texts are typeset, their markup is not. Other files are not typeset."""
 
-CONFUSED = 0.7
-"""Correlation of two signatures from which on the logs hardly separate the two effects."""
-
 LAGS = 50
 """Lags up to which the autocorrelation of innovations is drawn."""
 
@@ -74,7 +71,6 @@ def report_page(diagnosis: Diagnosis, rig: str) -> str:
         title=f"Diagnosis of {rig}",
         provenance=diagnosis.provenance,
         residuals=[part for series in diagnosis.series for part in _residuals(diagnosis, series)],
-        confused=list(_confused_pairs(diagnosis)),
         **_parts(diagnosis),
     )
 
@@ -256,11 +252,3 @@ def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[st
             figure([autocorrelation], "lag [s]", f"Autocorrelation {subject}"),
         ]
         yield f"{axis.capitalize()}, {series.log.name}", white, figures
-
-
-def _confused_pairs(diagnosis: Diagnosis) -> Iterator[str]:
-    """Return pairs of effects with similar signatures, the most similar first."""
-    names = [words.effect_name(*entry) for entry in diagnosis.correlation_labels]
-    rows, columns = np.nonzero(np.tril(np.abs(diagnosis.correlation), -1) >= CONFUSED)
-    for i, j in sorted(zip(rows, columns, strict=True), key=lambda pair: -abs(diagnosis.correlation[pair])):
-        yield f"{names[i]} and {names[j]}: correlation {words.to_digits(float(diagnosis.correlation[i, j]), 2)}"

@@ -2,13 +2,13 @@
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results import words
-from heli_identifier.results.diagnosis import Diagnosis, ErrorFigure
+from heli_identifier.results.diagnosis import Diagnosis
 from heli_identifier.results.documents import to_json_value
 from heli_identifier.tracing import CurveShape, ParameterReport, Verdict
 from heli_plant.effects import AXES
@@ -112,15 +112,15 @@ UNITS = {
 """Units of settings."""
 
 
-def error_table(diagnosis: Diagnosis, text_of: Callable[[ErrorFigure | None], str] = words.angle_text) -> Table:
-    """Return a row per axis and kind of error; predictions without a model are those over 1 s."""
+def error_table(diagnosis: Diagnosis) -> Table:
+    """Return a row per axis and kind of error, with intervals; predictions without a model are those over 1 s."""
     rows = []
     for axis, report in diagnosis.axes.items():
         for field, label in ERRORS[diagnosis.closed_loop]:
             figures = [getattr(errors, field) for errors in (report.before, report.after, report.noise_floor)]
             if figures[0] or figures[1]:
                 without_model = (report.angle_stays, report.rate_stays) if field == "prediction_1s" else (None, None)
-                rows.append((axis, label, *map(words.angle_value, without_model), *map(text_of, figures)))
+                rows.append((axis, label, *map(words.angle_value, without_model), *map(words.angle_text, figures)))
     columns = ("axis", "error [mrad]", "angle stays", "rate stays", "before", "after", "noise floor")
     return Table("Error on held-out logs", columns, rows)
 

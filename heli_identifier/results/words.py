@@ -90,16 +90,11 @@ def angle_value(figure: ErrorFigure | None) -> str:
     return to_digits(1e3 * figure.value) if figure and figure.is_known else "–"
 
 
-def angle_ends(figure: ErrorFigure | None) -> str:
-    """Return the interval of an angular error in mrad; a dash if it has none, as an error of a single segment."""
-    has_interval = figure is not None and figure.low < figure.high
-    return " to ".join(to_digits(1e3 * x) for x in (figure.low, figure.high)) if figure and has_interval else "–"
-
-
 def angle_text(figure: ErrorFigure | None) -> str:
-    """Return an angular error in mrad with its interval; a dash if there is none."""
-    ends = angle_ends(figure)
-    return angle_value(figure) if ends == "–" else f"{angle_value(figure)} ({ends})"
+    """Return an angular error in mrad with its interval, if it has one; a dash if there is none."""
+    has_interval = figure is not None and figure.low < figure.high  # an error of a single segment has none
+    ends = " to ".join(to_digits(1e3 * end) for end in (figure.low, figure.high)) if figure and has_interval else ""
+    return f"{angle_value(figure)} ({ends})" if ends else angle_value(figure)
 
 
 _GREEK = {
