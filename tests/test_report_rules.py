@@ -100,20 +100,19 @@ def check_rules(diagnosis):
     horizon = ".2 s" if diagnosis.closed_loop else "1 s"
     assert len(heading) < 180  # two lines at 1280 px
     # what the rig is said to have: in the plant, and its interval excludes zero
+    lacks, axes_by_surety = heading.partition("The model lacks ")[2].partition(".")[0], {True: [], False: []}
     for effect in document["effects"]:
-        if effect["coefficient"] is None:
-            continue
-        name = effect_name(effect["name"], effect["axis"])
         own = effect["coefficient"]
-        sure = effect["in_plant"] and abs(own["value"]) > 1.96 * own["standard_error"]
-        lacks = heading.partition("The model lacks ")[2].partition(".")[0]
-        assert sure or name not in lacks
+        sure = effect["in_plant"] and (own is None or abs(own["value"]) > 1.96 * own["standard_error"])
+        axes_by_surety[sure].append(effect["axis"])
+        assert sure or own is None or effect_name(effect["name"], effect["axis"]) not in lacks
+    first_axis = next(iter(axes_by_surety[True] or axes_by_surety[False]), "")
     # nothing refutes the model only where nothing was found
     assert ("do not refute" in heading) == (not document["effects"])
-    # a change is stated where it is real and of a usable axis alone, and by its own figure
+    # a change is stated where it is real and of a usable axis alone, by its own figure, and first of the effect's axis
     stated = {axis: value for axis, value in real.items() if axis in usable}
     if stated:
-        axis = max(stated, key=lambda name: abs(stated[name]))
+        axis = max(stated, key=lambda name: (name == first_axis, abs(stated[name])))
         assert f"the {axis}'s error" in heading
         said = float(re.search(r"(?:falls|rises) by ([\d.]+) %", heading)[1])
         assert said == pytest.approx(100.0 * abs(real[axis]), abs=0.51) and said > 0.0
@@ -137,7 +136,7 @@ def check_rules(diagnosis):
     assert [word for word in NEVER if re.search(word, f"{heading} {page} {diagnosis.summary()}")] == []
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", [*range(30), 52, 75])  # in the last two another axis changes more than the effect's
 def test_no_sentence_contradicts_the_document(seed):
     check_rules(diagnosis_of(seed))
 

@@ -2,14 +2,14 @@
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from html import escape
 from typing import Any, NamedTuple
 
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results import words
 from heli_identifier.results.diagnosis import Diagnosis
-from heli_identifier.results.documents import to_json_value
+from heli_identifier.results.documents import numbers_of, to_json_value
 from heli_identifier.tracing import CurveShape, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
@@ -97,19 +97,6 @@ ERRORS = {False: (*_UNDER_VOLTAGES, *_AHEAD), True: (*_AHEAD, ("closed_loop_3s",
 
 GAIN_OF = dict(zip(AXES, GAINS, strict=True))
 """Gain of every axis by the paper's symbol."""
-
-SETTINGS = {
-    "score_needed": "score to be shown",
-    "score_needed_certain": "score to be shown, of what every rig has",
-    "counts": "encoder counts per turn",
-}
-"""Texts for settings whose names are not clear."""
-
-UNITS = {
-    "motor_time_constant": "s", "voltage_limit": "V", "rest_pitch": "rad", "elevation_gain": "rad/s²/V",
-    "horizontal": "rad", "score_needed": "nats", "score_needed_certain": "nats", "operating_point": "V",
-}  # fmt: skip
-"""Units of settings."""
 
 
 def error_table(diagnosis: Diagnosis) -> Table:
@@ -221,26 +208,10 @@ def log_table(diagnosis: Diagnosis) -> Table:
     return Table("Logs", columns, rows)
 
 
-def _setting_text(value: object) -> str:
-    """Return the value of a setting as text."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, Mapping):
-        return f"{_setting_text(value['value'])} with a standard error of {_setting_text(value['standard_error'])}"
-    return words.to_digits(value) if isinstance(value, float) else str(value)
-
-
 def setting_table(diagnosis: Diagnosis) -> Table:
-    """Return every setting that has a value, with its unit, then command, date and versions."""
-    rows = []
-    for name, value in diagnosis.settings.items():
-        if isinstance(value, Mapping):  # effects, geometry
-            value = [f"{key} {_setting_text(entry)}" for key, entry in value.items() if entry is not None]
-        if value is None or value == []:
-            continue
-        text = words.join_words([_setting_text(v) for v in (value if isinstance(value, list | tuple) else [value])])
-        rows.append((SETTINGS.get(name, name).replace("_", " "), f"{text} {UNITS.get(name, '')}".rstrip()))
-    provenance = diagnosis.provenance
+    """Return every setting that has a value under its key in diagnosis.json, then command, date and versions."""
+    settings, provenance = numbers_of(to_json_value(diagnosis.settings)), diagnosis.provenance
+    rows = [(key, words.to_digits(value)) for key, value in settings]
     rows.append(("command", str(provenance.get("command", ""))))
     rows.append(("date", f"{provenance.get('date', '')}, {words.to_digits(diagnosis.seconds, 2)} s"))
     return Table("Settings", ("setting", "value"), [*rows, *provenance.get("versions", {}).items()])

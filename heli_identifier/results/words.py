@@ -162,12 +162,13 @@ def uses_text(uses: Mapping[str, Use | None]) -> str:
 
 def verdict_line(diagnosis: DiagnosisFile) -> str:
     """Say in two lines what the model lacks and how the plant's error changes on the held-out logs."""
-    change = _best_change(diagnosis)
+    named_effects = [effect for effect in diagnosis.effects if effect.in_plant and has_sign(effect)]
+    change = _leading_change(diagnosis, (named_effects or diagnosis.effects)[:1])
     if not diagnosis.effects:
         untested = sum(entry.verdict == tracing.Verdict.NOT_TESTABLE for entry in diagnosis.catalogue)
         restriction = f"; {untested} of {len(diagnosis.catalogue)} effects could not be tested" if untested else ""
         return f"These logs do not refute the model{restriction}. {change}"
-    named = [_with_rival(effect) for effect in diagnosis.effects if effect.in_plant and has_sign(effect)]
+    named = [_with_rival(effect) for effect in named_effects]
     if not named:
         first, more = diagnosis.effects[0], len(diagnosis.effects) - 1
         restriction = "whose interval contains zero" if first.in_plant else "which the plant does not have"
@@ -187,8 +188,8 @@ def change_direction(report: AxisReport, field: str) -> int:
     return -1 if max(ends) <= -SMALLEST_SHARE else int(min(ends) >= SMALLEST_SHARE)
 
 
-def _best_change(diagnosis: DiagnosisFile) -> str:
-    """Name the usable axis whose error clearly changes most, and by how much; or say that none does."""
+def _leading_change(diagnosis: DiagnosisFile, effects: Sequence[tracing.FoundEffect]) -> str:
+    """Say how the error clearly changes on a usable axis: on that of the effects, else where it changes most."""
     field = leading_error(diagnosis)
     usable = {axis: report for axis, report in diagnosis.axes.items() if report.use is not Use.NOTHING}
     changes = {axis: report.change[field].value for axis, report in usable.items() if change_direction(report, field)}
@@ -197,7 +198,8 @@ def _best_change(diagnosis: DiagnosisFile) -> str:
     if not changes:
         which = "axis" if len(usable) == len(diagnosis.axes) else "usable axis"
         return f"On held-out logs no {which}'s error {AHEAD[field]} clearly changes."
-    axis = max(changes, key=lambda name: abs(changes[name]))
+    axes = [effect.axis for effect in effects]
+    axis = max(changes, key=lambda name: (name in axes, abs(changes[name])))
     verb = "falls" if changes[axis] < 0.0 else "rises"
     return f"On held-out logs the {axis}'s error {AHEAD[field]} {verb} by {percent(abs(changes[axis]))[1:]}."
 
