@@ -171,7 +171,7 @@ def example_diagnosis(logs=None):
         catalogue=catalogue(), parameters_before=estimates(BEFORE), parameters_after=estimates(AFTER),
         effects_after={"dry_friction_pitch": FRICTION}, parameters=determinations(AFTER), covariance=np.diag([1e-4]),
         covariance_fields=("k_x",), plant_before=BEFORE, plant_after=AFTER, axes=axis_reports(series),
-        held_out=results.HeldOutLikelihood(20.0, 1800.0, 1803.5, gain, {"after": (7.0, 8)}), closed_loop=False,
+        held_out=results.HeldOutLikelihood(20.0, 1800.0, 1803.5, gain), closed_loop=False,
         references="voltages", agreement=tracing.Agreement(0.8, 0.9, 3), series=series, curves=curves(),
         data=(
             results.DataEntry("train <1>.csv", "ab" * 32, 9000, 100.0, "training", ("pitch in degrees",)),

@@ -115,7 +115,7 @@ class AxisReport:
     """What the axis of the plant may be used for: `prediction and control`, `prediction only` or `not usable`."""
     why: str
     """What the use rests on, in a clause."""
-    change: Mapping[str, ErrorFigure] = field(default_factory=dict)
+    change: Mapping[str, ErrorFigure]
     """By the names of errors ahead: error after over error before, less 1, over the same segments for both. It is real
     if its interval excludes zero."""
 
@@ -132,9 +132,6 @@ class HeldOutLikelihood:
     """Under the corrected plant [nats/s]."""
     gain: ErrorFigure
     """After less before [nats], all held-out logs together, with its 95 % interval."""
-    chi2: Mapping[str, tuple[Number, int]] = field(default_factory=dict)
-    """Of the instruments' judgement `before` and `after`: statistic and degrees of freedom; empty without
-    references."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -94,7 +94,7 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
         "of_logs": tuple(f"{name}:" for entry in diagnosis.data for name in (entry.file, Path(entry.file).stem)),
         "cards": [_axis_card(diagnosis, axis, report) for axis, report in diagnosis.axes.items()],
         "overlay": _draw_overlay(diagnosis),
-        "found": [_effect_facts(diagnosis, k) for k, effect in enumerate(diagnosis.effects) if effect.in_plant],
+        "found": [_effect_facts(diagnosis, effect) for effect in diagnosis.effects if effect.in_plant],
         "experiments": [
             f"{text} It would settle: {words.join_words(what)}." for what, text in experiments_of(diagnosis)
         ],
@@ -104,10 +104,10 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
 def _axis_card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]:
     """Return the card of an axis: its use, the change of its error, its gain."""
     name, field = tables.GAIN_OF[axis], words.leading_error(diagnosis)
-    change = report.change.get(field)
+    change = report.change[field]
     kind = {-1: "better", 0: "same", 1: "worse"}[words.change_direction(report, field)]
-    change_word = "no clear change" if kind == "same" else kind
-    interval = "{} ({} to {})".format(*map(words.percent, (change.value, change.low, change.high))) if change else ""
+    ends = [words.percent(share) for share in (change.value, change.low, change.high)]
+    change_text = "{}: {} ({} to {})".format("no clear change" if kind == "same" else kind, *ends)
     gain_report, symbol = diagnosis.parameters.get(name), BY_FIELD[name].symbol
     if gain_report is None:
         gain = f"{symbol} = {words.with_interval(diagnosis.parameters_after[name])}, given"
@@ -122,7 +122,7 @@ def _axis_card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str,
     errors = [words.to_digits(1e3 * getattr(errors_of, field).value) for errors_of in (report.before, report.after)]
     return {
         "axis": axis, "use": use if usable else str(report.use), "fit": report.use.name.lower(),
-        "kind": kind, "change": f"{change_word}: {interval}" if change else change_word,
+        "kind": kind, "change": change_text,
         "errors": f"error {words.AHEAD[field]}: {errors[0]} to {errors[1]} mrad", "gain": gain.strip(),
         "why": "" if usable else f"not usable: {report.why}",
     }  # fmt: skip
@@ -152,9 +152,8 @@ def _draw_overlay(diagnosis: Diagnosis) -> str:
     return figure(panels, "time [s]", description, 1100.0)
 
 
-def _effect_facts(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
-    """Return facts and figure of the effect of this ``number``."""
-    effect = diagnosis.effects[number]
+def _effect_facts(diagnosis: Diagnosis, effect: tracing.FoundEffect) -> dict[str, Any]:
+    """Return facts and figure of an effect."""
     facts = []
     if effect.coefficient is not None:
         entry = catalogue_effect(effect.name, effect.axis)
@@ -165,19 +164,20 @@ def _effect_facts(diagnosis: Diagnosis, number: int) -> dict[str, Any]:
         facts += [(name.replace("_", " "), words.with_interval(value)) for name, value in shapes.items()]
     else:
         facts += [("description", effect.shape.description), ("plant", f"table.{effect.axis}.*")]
-    facts.append(("score", words.score_text(effect, diagnosis.settings)))
+    facts.append(("score", f"{words.to_digits(effect.score)} nats"))
     if effect.together:
         facts.append(("together", effect.together))
     if effect.alternatives:
         rivals = words.join_words([words.effect_name(*other) for other in effect.alternatives], "or")
         facts.append(("as likely", f"{rivals}: explains these logs about as well"))
-    earlier = sum((other.name, other.axis) == (effect.name, effect.axis) for other in diagnosis.effects[:number])
-    curves = [c for c in diagnosis.curves if c.name == effect.name and effect.axis in (c.axis, "rotors")]
-    drawing, axis = "", curves[earlier].axis if earlier < len(curves) else effect.axis
+    # a torque of no catalogue has the curve of its variable, and may have several on an axis
+    curves = (c for c in diagnosis.curves if c.name == effect.name and effect.axis in (c.axis, "rotors"))
+    curve = next((c for c in curves if getattr(effect.shape, "variable", c.variable) == c.variable), None)
+    drawing, axis = "", curve.axis if curve else effect.axis
     if axis in diagnosis.axes and diagnosis.axes[axis].use is Use.NOTHING:
         facts.append(("figure", f"none: the {axis} of the plant is not usable"))
-    elif earlier < len(curves):
-        drawing = _law_figure(curves[earlier], words.effect_title(effect))
+    elif curve is not None:
+        drawing = _law_figure(curve, words.effect_title(effect))
     return {
         "title": words.effect_title(effect), "verdict": effect.verdict, "kind": effect.verdict.name.lower(),
         "facts": facts, "figure": drawing,
@@ -211,13 +211,11 @@ def rank_experiments(
 
     ``unusable`` are the gains of the axes that are not usable.
     """
-    weights: dict[str, int] = {}
-    determines: dict[str, list[str]] = {}
+    asked: dict[str, list[tuple[int, str]]] = {}
 
     def add(experiment: str, kind: str, what: str) -> None:
         if experiment:
-            weights[experiment] = weights.get(experiment, 0) + WEIGHTS[kind]
-            determines.setdefault(experiment, []).append(what)
+            asked.setdefault(experiment, []).append((WEIGHTS[kind], what))
 
     for name, report in parameters.items():
         if report.determination is not tracing.Determination.OUTSIDE:
@@ -228,7 +226,8 @@ def rank_experiments(
     for entry in catalogue:
         if entry.verdict == tracing.Verdict.NOT_TESTABLE:
             add(entry.experiment, "bound", words.effect_name(entry.name, entry.axis))
-    return [(determines[text], text) for text in sorted(weights, key=lambda text: -weights[text])]
+    ranked = sorted(asked.items(), key=lambda entry: -sum(weight for weight, _ in entry[1]))
+    return [([what for _, what in questions], text) for text, questions in ranked]
 
 
 def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[str, str, list[str]]]:

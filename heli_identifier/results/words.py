@@ -3,12 +3,11 @@
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from math import floor, isfinite, log10
-from typing import Any
 
 from heli_identifier import tracing
 from heli_identifier.online import Estimate
 from heli_identifier.results.diagnosis import AxisReport, DiagnosisFile, ErrorFigure, Use
-from heli_plant.effects import CATALOGUE, STEP_TIMES, Effect
+from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_FIELD
 
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
@@ -181,8 +180,6 @@ def verdict_line(diagnosis: DiagnosisFile) -> str:
 
 def change_direction(report: AxisReport, field: str) -> int:
     """Return -1 or 1 if an error clearly falls or rises: its change and both ends have one sign in print; else 0."""
-    if field not in report.change:
-        return 0
     change = report.change[field]
     ends = change.value, change.low, change.high
     return -1 if max(ends) <= -SMALLEST_SHARE else int(min(ends) >= SMALLEST_SHARE)
@@ -240,21 +237,7 @@ def held_out_sentence(diagnosis: DiagnosisFile) -> str:
     return typeset(likelihoods) + (warning if diagnosis.closed_loop else "")
 
 
-def score_text(effect: tracing.FoundEffect, settings: Mapping[str, Any]) -> str:
-    """Return the score of an effect, and the score that establishes it: a lower one for effects that every rig has."""
-    needed, confirmed = settings["score_needed"], settings["score_needed_certain"]
-    shown = f"{needed:.3g} show it, of which a refit has to confirm {confirmed:.3g}"
-    if any(entry.certain for entry in _catalogue_entries(effect)):
-        shown = f"{confirmed:.3g} show what every rig has"
-    return f"{to_digits(effect.score)} nats ({shown})"
-
-
-def _catalogue_entries(effect: tracing.FoundEffect) -> list[Effect]:
-    """Return the entry of the catalogue for an effect; none for an unknown one."""
-    return [entry for entry in CATALOGUE if (entry.name, entry.axis) == (effect.name, effect.axis)]
-
-
-def possible_sentence(effect: tracing.FoundEffect, settings: Mapping[str, Any]) -> str:
+def possible_sentence(effect: tracing.FoundEffect) -> str:
     """Say why a possible effect is no finding, and why it is in the plant or not."""
     gain, place = effect.left_out_gain, "in the plant" if effect.in_plant else "not in the plant"
     if effect.in_plant and (gain or 0.0) <= 0.0:
@@ -263,10 +246,8 @@ def possible_sentence(effect: tracing.FoundEffect, settings: Mapping[str, Any]) 
         nats = "nothing" if abs(gain) < 0.05 else f"{to_digits(abs(gain), 2)} nats"
         place += f", as left-out logs {'lose' if gain <= -0.05 else 'gain'} {nats} with it"
     elif not effect.in_plant:
-        steps = any(shape.start == STEP_TIMES for entry in _catalogue_entries(effect) for shape in entry.shapes)
-        end = "a shape of its law is at the end of what is plausible: something else is more likely"
-        place += f", as {'its instant repeats in no other flight' if steps else end}"
-    return f"{effect_title(effect)}: possible, {score_text(effect, settings)}; {place}."
+        place += ", as it steps at one instant or a shape of its law is at the end of what is plausible"
+    return f"{effect_title(effect)}: possible, {to_digits(effect.score)} nats; {place}."
 
 
 def typeset_notes(notes: Iterable[str]) -> list[str]:
