@@ -34,8 +34,8 @@ def held_out_series(log, seed=1):
     after = random.normal(0.0, 1.0, (log.samples, 3))
     before = after + 1.6 * np.sin(0.06 * np.arange(len(after)))[:, None]
     start = start_of(log)
-    runs = [simulate(log.voltages, H, start, p)[1] for p in (BEFORE, AFTER)]
-    return results.HeldOutSeries(log, *runs, start._asdict(), before, after, H)
+    runs = {name: simulate(log.voltages, H, start, p)[1] for name, p in (("before", BEFORE), ("after", AFTER))}
+    return results.HeldOutSeries(log, runs, start._asdict(), {"before": before, "after": after}, H)
 
 
 def figure(value):
@@ -44,7 +44,7 @@ def figure(value):
 
 def axis_reports(series):
     """Reports whose free run after is that of the series; the other figures are made up."""
-    squares = np.concatenate([(s.log.angles - s.free_run_after) ** 2 for s in series])
+    squares = np.concatenate([(s.log.angles - s.free_runs["after"]) ** 2 for s in series])
     better = results.ErrorFigure(-0.6, -0.65, -0.55)
     change = {"ahead_200ms": results.ErrorFigure(0.0, -0.02, 0.02), "prediction_1s": better}
     reports = {}

@@ -93,7 +93,7 @@ def test_errors_on_held_out_logs_are_near_the_noise_floor_and_those_of_a_rig_wit
         assert found.low <= found.value <= found.high
     (series,) = diagnosed[rig].series
     # scale of one log against that of three: 9000 samples know theirs to 1 %, the air of another flight to a few
-    np.testing.assert_allclose(series.residual_after[500:].std(axis=0), 1.0, atol=0.1)
+    np.testing.assert_allclose(series.residuals["after"][500:].std(axis=0), 1.0, atol=0.1)
 
 
 def test_held_out_logs_of_another_rig_are_less_likely_and_that_is_said_and_a_log_too_short_is_refused():

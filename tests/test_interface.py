@@ -163,7 +163,7 @@ def test_voltages_beyond_the_limit_of_the_rig_are_those_that_its_motors_got(tmp_
 def test_a_function_takes_parameters_and_logs_as_they_are_at_hand(written):
     folder, log = written
     file = folder / "parameters.json"
-    reference = example_diagnosis().series[0].free_run_after  # as the diagnosis reports it
+    reference = example_diagnosis().series[0].free_runs["after"]  # as the diagnosis reports it
     for parameters in (diagnosis(), file, str(file), AFTER, hi.read_parameters(file)):
         run = hi.simulate(parameters, log)
         np.testing.assert_array_equal(run[["pitch", "elevation", "travel"]], reference)

@@ -220,11 +220,11 @@ def test_before_and_after_an_effect(compared, fits):
     assert pitch.whiteness_p["after"] > 0.001 > pitch.whiteness_p["before"]
     assert axes["travel"].after.free_run is None
     # over the same scales, the residual before is the larger
-    assert series.residual_after[:, 0].std() < series.residual_before[:, 0].std()
-    assert series.residual_after.shape == (fits[2].samples, 3)
+    assert series.residuals["after"][:, 0].std() < series.residuals["before"][:, 0].std()
+    assert series.residuals["after"].shape == (fits[2].samples, 3)
     # the free run can be repeated from the series
     again = simulate(series.log.voltages, series.log.step, PlantState(**series.start), fits[1].parameters)[1]
-    assert np.array_equal(again, series.free_run_after)
+    assert np.array_equal(again, series.free_runs["after"])
     reached = np.sqrt(((series.log.angles - again) ** 2).mean(0))
     assert reached[0] == pytest.approx(axes["pitch"].after.free_run.value, abs=1e-12)
 

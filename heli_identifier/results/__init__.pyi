@@ -1,8 +1,8 @@
-from .ahead import errors_ahead as errors_ahead
 from .bootstrap import rms_figures as rms_figures
 from .checking import Check as Check
 from .checking import Outcome as Outcome
 from .checking import check as check
+from .checking import errors_ahead as errors_ahead
 from .comparing import Comparison as Comparison
 from .comparing import compare as compare
 from .comparing import slope_estimates as slope_estimates

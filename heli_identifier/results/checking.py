@@ -4,19 +4,41 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from heli_identifier.errors import LogError
-from heli_identifier.records import LogSource, read_logs
-from heli_identifier.results.ahead import errors_ahead
+from heli_identifier.records import Log, LogSource, read_logs
+from heli_identifier.results.bootstrap import rms_figures
 from heli_identifier.results.diagnosis import ErrorFigure, Use
+from heli_identifier.results.prediction import HORIZONS, SPACING, Model, Run
 from heli_identifier.results.report import render
 from heli_identifier.results.sources import ParameterSource, parameter_set
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import AHEAD, angle_text, to_digits
 from heli_identifier.signatures import check_types
 from heli_identifier.tracing import find_references
+from heli_identifier.tracing.helicopter import helicopter
+from heli_identifier.tracing.rig import Parameters, record_of
 
 ANOTHER_CONTROLLER = 0.2
 """Root mean square [V] of the difference of voltages from which on another controller flew."""
+
+
+def errors_ahead(
+    parameters: Parameters, logs: Sequence[Log], figure: str = "prediction_1s"
+) -> list[tuple[str, str, ErrorFigure]]:
+    """Predict ``logs`` with ``parameters`` alone; give log, axis and error [rad], log by log.
+
+    ``figure`` is one of :data:`.prediction.HORIZONS`. If it starts from the filter's state, it is larger than that of a
+    fit, which knows the air. Samples within the events of the logs do not count.
+    """
+    rig, errors = helicopter(logs), list[tuple[str, str, ErrorFigure]]()
+    for log in logs:
+        run = Run.along(Model.alone(rig, parameters), record_of(log, rig), np.zeros(len(rig.axes)))
+        what = f"log {log.name}, error over {HORIZONS[figure]:g} s"
+        figures = rms_figures([run.errors()[figure]], SPACING, what)
+        errors += [(log.name, axis, error) for axis, error in zip(rig.axes, figures, strict=True)]
+    return errors
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from pathlib import Path
 from heli_identifier.errors import refuse
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.records import LogSource, read_logs
-from heli_identifier.results.ahead import errors_ahead
+from heli_identifier.results.checking import errors_ahead
 from heli_identifier.results.diagnosis import Diagnosis, DiagnosisFile, ErrorFigure, Use
 from heli_identifier.results.documents import damage_error, read_document
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters

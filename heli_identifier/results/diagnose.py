@@ -24,7 +24,7 @@ from heli_identifier.records import (
     highest_voltage,
     read_logs,
 )
-from heli_identifier.results.ahead import errors_ahead
+from heli_identifier.results.checking import errors_ahead
 from heli_identifier.results.diagnosis import DataEntry, Diagnosis, ErrorFigure, RigVerdict
 from heli_identifier.results.held_out import compare
 from heli_identifier.signatures import check_types

@@ -140,25 +140,21 @@ class HeldOutSeries:
 
     log: Log
     """As it was read, with faults undone."""
-    free_run_before: Array
-    """Shape (N, 3): angles [rad], simulated from ``start`` under the voltages."""
-    free_run_after: Array
-    """The same of the corrected plant."""
+    free_runs: Mapping[str, Array]
+    """Of the models "before" and "after": angles (N, 3) [rad], simulated from ``start`` under the voltages."""
     start: Mapping[str, float]
     """Start state by the fields of the plant's state, so that the FMU repeats the run."""
-    residual_before: Array
-    """Shape (n, 3): innovations under the air and over the scales of the plant after, every ``residual_step`` [s]:
-    under its own air the plant before would look white, since that has taken what it lacks for air."""
-    residual_after: Array
-    """The same of the corrected plant."""
+    residuals: Mapping[str, Array]
+    """Of both, shape (n, 3): innovations under the air and over the scales of the plant after, every ``residual_step``
+    [s]: under its own air the plant before would look white, since that has taken what it lacks for air."""
     residual_step: float
     """[s]."""
     events: tuple[Event, ...] = ()
     """Passages of this log in which something other than the plant acts."""
     stretches: Mapping[str, Array] = field(default_factory=dict)
-    """Shape (n, 3): of a flight under a controller what the models "before" and "after" predict in stretches of
-    ``stretch`` [s], each begun at the measured motion, every ``residual_step`` [s]: with the controller where it is
-    known, else under the voltages. Not a number between two stretches."""
+    """Of both, shape (n, 3): what they predict of a flight under a controller in stretches of ``stretch`` [s], each
+    begun at the measured motion, every ``residual_step`` [s]: with the controller where it is known, else under the
+    voltages. Not a number between two stretches."""
     stretch: float = 0.0
 
 

@@ -62,13 +62,13 @@ def document_text(document: Any) -> str:
 def read_document(path: str | PathLike[str], kind: type[File]) -> File:
     """Read a JSON file of results into a value of a ``kind``.
 
-    A ConfigurationError names the file, and the entry that is missing, given twice, of the wrong type or not finite.
+    A ConfigurationError names the file, and the entry that is missing, of the wrong type or not finite.
     """
     file, name = Path(path), (kind.__doc__ or "").partition(":")[0]
     advice = f"; `heli diagnose` writes a {name}"
     data = read_limited(file, LARGEST_MB, ConfigurationError, advice, f"name the {name} in it")
     try:
-        content = json.loads(data.decode("utf-8"), object_pairs_hook=_refuse_doubles)
+        content = json.loads(data.decode("utf-8"))
     except (ValueError, RecursionError) as error:
         raise ConfigurationError(f"{path} is no JSON: {error}.") from error
     schema = content.get("schema") if isinstance(content, dict) else None
@@ -93,16 +93,6 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
 def damage_error(path: str | PathLike[str], fault: str) -> ConfigurationError:
     """Return the error for a file with a fault."""
     return ConfigurationError(f"{path} is damaged: {fault}; write it again with `heli diagnose` or `heli identify`.")
-
-
-def _refuse_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """Refuse an object that has a key twice; JSON would silently keep the last one."""
-    entries: dict[str, Any] = {}
-    for key, value in pairs:
-        if key in entries:
-            raise ValueError(f"the key {key!r} stands there twice; keep one")
-        entries[key] = value
-    return entries
 
 
 def numbers_of(value: Any, above: str = "") -> Iterator[tuple[str, float]]:

@@ -116,8 +116,9 @@ def compare(
         )  # fmt: skip
     series = tuple(
         HeldOutSeries(
-            log, first.free_runs[i], second.free_runs[i], dict(zip(rig.state, map(float, starts[i]), strict=True)),
-            residuals["before"][i], residuals["after"][i], records[i].step,
+            log, {name: runs.free_runs[i] for name, runs in models.items()},
+            dict(zip(rig.state, map(float, starts[i]), strict=True)),
+            {name: of_model[i] for name, of_model in residuals.items()}, records[i].step,
             tuple(event for event in events if event.log == log.name),
             {name: _join_stretches(records[i], *of_model[i]) for name, of_model in stretches.items() if i in of_model},
             length,

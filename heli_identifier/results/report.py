@@ -131,17 +131,15 @@ def _axis_card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str,
 def _draw_overlay(diagnosis: Diagnosis) -> str:
     """Draw the measured motion of the first held-out log, and the motion of the plants before and after."""
     series, panels = diagnosis.series[0], []
-    before, after, time = series.free_run_before, series.free_run_after, series.log.time
-    if series.stretches:
-        before, after = series.stretches["before"], series.stretches["after"]
-        time = np.arange(len(after), dtype=np.float64) * series.residual_step
+    runs, step = (series.stretches, series.residual_step) if series.stretches else (series.free_runs, series.log.step)
+    time = np.arange(len(runs["after"]), dtype=np.float64) * step
     for index, axis in enumerate(AXES):
         measured = series.log.angles[:, index]
         centre, half_height = 0.5 * (measured.min() + measured.max()), 0.75 * max(np.ptp(measured), 1e-3)
         panel = Axes(f"{axis} [rad]", 120.0, (centre - half_height, centre + half_height))
         panel.line(series.log.time, measured, "measured", "measured", 2.4)
-        panel.line(time, before[:, index], "before", "model before", 1.0)
-        panel.line(time, after[:, index], "after", "plant after", 1.2)
+        panel.line(time, runs["before"][:, index], "before", "model before", 1.0)
+        panel.line(time, runs["after"][:, index], "after", "plant after", 1.2)
         panel.spans = [
             (event.start_in_file - series.log.start, event.end_in_file - series.log.start)
             for event in series.events
@@ -234,13 +232,13 @@ def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[st
     """Return of every axis its name, the test for white innovations, and figures of spectrum and autocorrelation."""
     for index, axis in enumerate(AXES):
         spectrum, autocorrelation = Axes("innovations [1/Hz]", logarithmic=True), Axes("autocorrelation")
-        for label, values in (("before", series.residual_before[:, index]), ("after", series.residual_after[:, index])):
+        for label, values in ((label, of_axes[:, index]) for label, of_axes in series.residuals.items()):
             frequency, power = welch(values, 1.0 / series.residual_step, nperseg=min(1024, len(values)))
             spectrum.line(frequency[1:], power[1:], label, label)
             centred = values - values.mean()
             values_by_lag = correlate(centred, centred)[len(values) :][:LAGS] / max(float(centred @ centred), 1e-300)
             autocorrelation.line(np.arange(1, LAGS + 1) * series.residual_step, values_by_lag, label, label)
-        bound = np.full(2, 1.96 / np.sqrt(len(series.residual_after)))
+        bound = np.full(2, 1.96 / np.sqrt(len(values)))
         autocorrelation.band(np.array([0.0, LAGS * series.residual_step]), -bound, bound, "95 % of white noise")
         p_value = diagnosis.axes[axis].whiteness_p["after"]
         result = words.p_text(p_value) if p_value is not None and p_value >= 0.0 else "no sample counts"

@@ -44,7 +44,7 @@ def read_parameters(path: str | PathLike[str]) -> ParameterSet:
     Raises
     ------
     ConfigurationError
-        The file cannot be read, is no JSON or not of the schema, an entry is missing, there twice, of the wrong type or
+        The file cannot be read, is no JSON or not of the schema, an entry is missing, of the wrong type or
         not finite, a plant's parameter is missing, or the unit has no such parameter, states it in another unit or does
         not take its value; file and entry are named.
     """

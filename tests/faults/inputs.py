@@ -1,9 +1,7 @@
 """Faults of configurations and of parameters.json."""
 
-import json
-
 from tests.faults.case import Fault
-from tests.faults.material import CHECK, DESIGN, IDENTIFY, configured, document, good, nothing, parameters, pipe, write
+from tests.faults.material import CHECK, DESIGN, IDENTIFY, configured, good, nothing, parameters, pipe, write
 
 
 def friction(value):
@@ -53,16 +51,8 @@ GAIN = {"pitch.proportional": {"value": 6.0, "standard_error": None, "unit": "V/
 CONTROLLER = parameters(lambda d: d.update(unit="PidController", values=GAIN))
 
 
-def repeated(folder):
-    text = json.dumps(document())
-    one = json.dumps({"pitch.damping": document()["values"]["pitch.damping"]})[1:-1]
-    good(folder)
-    (folder / "parameters.json").write_text(text.replace('"values": {', '"values": {' + one + ", ", 1))
-
-
 PARAMETERS = (
     Fault("`heli build` with a parameter missing", parameters(lambda d: d["values"].pop("travel.gain")), "heli build HelicopterPlant -p parameters.json -o out", "the plant's parameters lack travel.gain"),
-    Fault("a parameter there twice", repeated, SIMULATE, "the key 'pitch.damping' stands there twice"),
     Fault("a parameter in another unit", value("pitch.damping", unit="deg/s"), SIMULATE, "pitch.damping is stated in 'deg/s'"),
     Fault("a value that is NaN", value("pitch.damping", value=float("nan")), SIMULATE, "a finite number is expected"),
     Fault("a value that is a word", value("pitch.damping", value="much"), SIMULATE, "expected `float`, got `str`"),
