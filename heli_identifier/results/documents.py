@@ -21,21 +21,11 @@ import msgspec
 import numpy as np
 
 from heli_identifier.errors import ConfigurationError, refuse
-from heli_identifier.files import (
-    PREFIX,
-    draft_folder,
-    is_protected,
-    read_limited,
-    remove_stale_drafts,
-    write_atomically,
-)
+from heli_identifier.files import draft_folder, is_protected, read_limited, remove_stale_drafts, write_atomically
 from heli_identifier.processes import undo_at_end
 
 LARGEST_MB = 50.0
 """Size up to which a document is read [MB]; it has some kilobytes."""
-
-_SWEPT = 4
-"""Number of folders, from the target upwards, in which an earlier run may have left a draft."""
 
 File = TypeVar("File")
 
@@ -145,7 +135,7 @@ def write_whole_folder(target: str | os.PathLike[str], obsolete: Collection[str]
 
     Files with ``obsolete`` names, of an earlier result, are removed from the target if they are not written again.
     A target that is no folder or cannot be written to raises a ConfigurationError before the block runs, so that no
-    long computation is lost. A file that cannot be written raises an OSError that names the file in the target.
+    long computation is lost. A file that cannot be written raises an OSError that names the target.
     """
     refuse(not os.fspath(target), "the output folder has no name; name one, or '.' for the working folder.")
     folder = Path(os.path.realpath(target))
@@ -160,12 +150,13 @@ def write_whole_folder(target: str | os.PathLike[str], obsolete: Collection[str]
             raise ConfigurationError(
                 f"{existing} cannot be written to: {error.strerror}; name another folder."
             ) from error
-        for above in (folder, *folder.parents)[:_SWEPT]:
-            remove_stale_drafts(above, draft.stat().st_mtime)
+        remove_stale_drafts(folder.parent, draft.stat().st_mtime)  # of a run that was to make this folder
         try:
             yield draft
         except OSError as error:
-            raise _name_in_target(error, draft, Path(target)) from error
+            if not str(error.filename).startswith(str(draft)):
+                raise
+            raise OSError(error.errno, error.strerror, str(target)) from error  # the draft is deleted by then
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -178,15 +169,6 @@ def write_files(folder: Path, contents: Mapping[str, Any]) -> tuple[str, ...]:
     for name, content in contents.items():
         write_atomically(folder / name, content if isinstance(content, str | bytes) else document_text(content))
     return tuple(contents)
-
-
-def _name_in_target(error: OSError, draft: Path, target: Path) -> OSError:
-    """Return an error that names a file of the draft, which is deleted by then, with the file's name in the target."""
-    file = Path(str(error.filename))
-    if draft not in file.parents:
-        return error
-    parts = (part for part in file.relative_to(draft).parts if not part.startswith(PREFIX))
-    return OSError(error.errno, error.strerror, str(target.joinpath(*parts)))
 
 
 def _move_all(draft: Path, folder: Path, obsolete: Collection[str]) -> None:
