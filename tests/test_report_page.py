@@ -60,7 +60,7 @@ def test_the_first_screen_answers_what_a_laboratory_asks(text):
         "The model lacks dry friction on the pitch",  # what is wrong with my model
         "better: −60 % (−65 % to −55 %)",  # how much better is the new one
         "usable for prediction over 1 s and control",  # may I design a controller on it
-        "k_y is not determined: its interval is ± .1. To fly: Lean the pitch",
+        "not determined: its interval is ± .1. To fly: Lean the pitch",
         "It would settle: travel gain",  # what should I fly next
         "HelicopterPlant.fmu lies in the folder of this page",  # where is the file
     ):

@@ -210,7 +210,7 @@ def test_a_diagnosis_is_read_back_as_the_value_that_was_written_and_a_damaged_en
         assert getattr(read, name) == getattr(found, name)
     document["axes"]["pitch"]["after"]["prediction_1s"]["value"] = "small"
     file.write_text(document_text(document), encoding="utf-8")
-    with pytest.raises(ConfigurationError, match="axes.pitch.after.prediction_1s.value = 'small': expected `float"):
+    with pytest.raises(ConfigurationError, match=r"damaged: axes\[...\].after.prediction_1s.value: expected `float"):
         read_document(file, DiagnosisFile)
 
 

@@ -52,7 +52,8 @@ def document_text(document: Any) -> str:
 def read_document(path: str | PathLike[str], kind: type[File]) -> File:
     """Read a JSON file of results into a value of a ``kind``.
 
-    A ConfigurationError names the file, and the entry that is missing, of the wrong type or not finite.
+    A ConfigurationError names the file, and the entry that is missing, of the wrong type or
+    not finite; in place of the name of one of several entries it says `[...]`.
     """
     file, name = Path(path), (kind.__doc__ or "").partition(":")[0]
     advice = f"; `heli diagnose` writes a {name}"
@@ -77,7 +78,8 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
     try:
         return msgspec.convert(content, kind, dec_hook=_read_array)
     except msgspec.ValidationError as error:
-        raise damage_error(path, _describe_fault(content, kind, error)) from error
+        fault, _, entry = str(error).partition(" - at `$")
+        raise damage_error(path, f"{entry.strip('.`')}: {fault[:1].lower()}{fault[1:]}".removeprefix(": ")) from error
 
 
 def damage_error(path: str | PathLike[str], fault: str) -> ConfigurationError:
@@ -100,33 +102,6 @@ def _read_array(_: type, value: Any) -> Any:
         return np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
         raise ValueError("rows of numbers are expected") from None
-
-
-def _describe_fault(content: Any, kind: type, error: msgspec.ValidationError) -> str:
-    """Name the entry of a document that has the wrong type, its value, and what was expected."""
-    fault, _, path = str(error).partition(" - at `$")
-    value, keys = content, []
-    for key in path.rstrip("`").replace("[...]", ".?").replace("[", ".").replace("]", "").split(".")[1:]:
-        if isinstance(value, list):
-            value = value[int(key)]
-        else:
-            key = _faulty_key(content, kind, value) if key == "?" else key
-            value = value[key]
-        keys.append(key)
-    entry = f"{'.'.join(keys)} = {shortened(value)}: " if keys else ""
-    return f"{entry}{fault[:1].lower()}{fault[1:]}"
-
-
-def _faulty_key(content: Any, kind: type, value: dict[str, Any]) -> str:
-    """Find the key of ``value``, a part of ``content``, that is refused, by leaving only one key in at a time."""
-    for key, item in list(value.items()):
-        value.clear()
-        value[key] = item
-        try:
-            msgspec.convert(content, kind, dec_hook=_read_array)
-        except msgspec.ValidationError:
-            return key
-    raise AssertionError("a document was refused whose entries are all accepted")
 
 
 @contextmanager

@@ -104,26 +104,20 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
 def _axis_card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]:
     """Return the card of an axis: its use, the change of its error, its gain."""
     name, field = tables.GAIN_OF[axis], words.leading_error(diagnosis)
-    change = report.change[field]
-    kind = {-1: "better", 0: "same", 1: "worse"}[words.change_direction(report, field)]
+    change, word = report.change[field], words.change_word(report, field)
     ends = [words.percent(share) for share in (change.value, change.low, change.high)]
-    change_text = "{}: {} ({} to {})".format("no clear change" if kind == "same" else kind, *ends)
-    gain_report, symbol = diagnosis.parameters.get(name), BY_FIELD[name].symbol
-    if gain_report is None:
-        gain = f"{symbol} = {words.with_interval(diagnosis.parameters_after[name])}, given"
-    elif gain_report.determination is tracing.Determination.NOT_DETERMINED:
-        to_fly = f"To fly: {gain_report.experiment}" if gain_report.experiment else ""
-        gain = f"{symbol} is not determined: {gain_report.why}. {to_fly}"
-    else:
-        value, volts = words.with_interval(gain_report.estimate), words.to_digits(diagnosis.settings["operating_point"])
-        gain = f"{symbol} = {value} (slope at {volts} V), {gain_report.determination}"
+    gain_report = diagnosis.parameters.get(name)
+    value, _, rests_on = tables.gain_cells(gain_report, diagnosis.parameters_after[name])
+    gain = f"{BY_FIELD[name].symbol} = {value}, {rests_on}"
+    if gain_report is not None and gain_report.determination is tracing.Determination.NOT_DETERMINED:
+        gain += f": {gain_report.why}." + (f" To fly: {gain_report.experiment}" if gain_report.experiment else "")
     usable = report.use is not Use.NOTHING
     use = f"usable for {report.use}".replace("prediction", f"prediction over {words.horizon(diagnosis)}")
     errors = [words.to_digits(1e3 * getattr(errors_of, field).value) for errors_of in (report.before, report.after)]
     return {
         "axis": axis, "use": use if usable else str(report.use), "fit": report.use.name.lower(),
-        "kind": kind, "change": change_text,
-        "errors": f"error {words.AHEAD[field]}: {errors[0]} to {errors[1]} mrad", "gain": gain.strip(),
+        "kind": word or "same", "change": "{}: {} ({} to {})".format(word or "no clear change", *ends),
+        "errors": f"error {words.AHEAD[field]}: {errors[0]} to {errors[1]} mrad", "gain": gain,
         "why": "" if usable else f"not usable: {report.why}",
     }  # fmt: skip
 

@@ -91,9 +91,10 @@ def angle_value(figure: ErrorFigure | None) -> str:
 
 def angle_text(figure: ErrorFigure | None) -> str:
     """Return an angular error in mrad with its interval, if it has one; a dash if there is none."""
-    has_interval = figure is not None and figure.low < figure.high  # an error of a single segment has none
-    ends = " to ".join(to_digits(1e3 * end) for end in (figure.low, figure.high)) if figure and has_interval else ""
-    return f"{angle_value(figure)} ({ends})" if ends else angle_value(figure)
+    value = angle_value(figure)
+    if figure is None or not figure.low < figure.high:  # an error of a single segment has no interval
+        return value
+    return f"{value} ({to_digits(1e3 * figure.low)} to {to_digits(1e3 * figure.high)})"
 
 
 _GREEK = {
@@ -178,18 +179,18 @@ def verdict_line(diagnosis: DiagnosisFile) -> str:
     return both if len(both) <= TWO_LINES else one
 
 
-def change_direction(report: AxisReport, field: str) -> int:
-    """Return -1 or 1 if an error clearly falls or rises: its change and both ends have one sign in print; else 0."""
+def change_word(report: AxisReport, field: str) -> str:
+    """Say if an error clearly falls ("better") or rises ("worse"): its change and both ends have one sign in print."""
     change = report.change[field]
     ends = change.value, change.low, change.high
-    return -1 if max(ends) <= -SMALLEST_SHARE else int(min(ends) >= SMALLEST_SHARE)
+    return "better" if max(ends) <= -SMALLEST_SHARE else "worse" if min(ends) >= SMALLEST_SHARE else ""
 
 
 def _leading_change(diagnosis: DiagnosisFile, effects: Sequence[tracing.FoundEffect]) -> str:
     """Say how the error clearly changes on a usable axis: on that of the effects, else where it changes most."""
     field = leading_error(diagnosis)
     usable = {axis: report for axis, report in diagnosis.axes.items() if report.use is not Use.NOTHING}
-    changes = {axis: report.change[field].value for axis, report in usable.items() if change_direction(report, field)}
+    changes = {axis: report.change[field].value for axis, report in usable.items() if change_word(report, field)}
     if not usable:
         return "On held-out logs no axis of the plant is usable."
     if not changes:
