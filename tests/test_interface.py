@@ -87,13 +87,12 @@ def test_a_unit_is_built_from_parameters_of_its_own_and_its_description_says_wha
 
 def test_a_command_warns_of_what_is_not_fit_for_control(tmp_path):
     given = used(elevation=Use.PREDICTION, travel=Use.NOTHING)
-    assert len(given.doubts) == 2 and not used().doubts
+    assert len(given.doubts) == 1 and not used().doubts
     file = given.write(tmp_path / "parameters.json")
     done = heli("simulate", "open_loop", "-d", 0.1, "--parameters", file)
     said = " ".join(done.stderr.split())
     assert done.exit_code == 0
-    assert "the elevation of this plant can be used for prediction only" in said
-    assert "the travel of this plant cannot be used" in said
+    assert "elevation: prediction only; travel: not usable; diagnosis.json says why" in said
 
 
 def outcome(found, name):

@@ -19,12 +19,7 @@ DRAWS = 1000
 def rms_figures(errors: Sequence[Array], spacing: float | Sequence[float], what: str = "errors") -> list[ErrorFigure]:
     """Return the root mean squares by column of errors (S_i, a), rows ``spacing`` [s] apart, pooled over records.
 
-    Rows with a number that is not finite are left out. ``what`` names the errors in a message.
-
-    Raises
-    ------
-    LogError
-        No row is left.
+    Rows with a number that is not finite are left out. LogError if no row is left; ``what`` names the errors in it.
     """
     squares = [rows[np.isfinite(rows).all(1)] ** 2 for rows in errors]
     if not any(map(len, squares)):

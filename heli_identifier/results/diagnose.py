@@ -86,9 +86,7 @@ def diagnose(
     if progress:
         progress("comparing before and after", 0.7)
     references, events, C = identified.references, identified.events, identified.covariance
-    axes, nats, series = compare(
-        before, after, identified.held_out, identified.parameters, events, references.closed_loop
-    )
+    axes, nats, series = compare(before, after, identified.held_out, identified.parameters, references.closed_loop)
     plant, ahead = _delivered_plant(after, effects), dict[str, float]()
     if references.closed_loop:
         for log in (*identified.logs, *identified.held_out):

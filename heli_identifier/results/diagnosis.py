@@ -149,13 +149,10 @@ class HeldOutSeries:
     [s]: under its own air the plant before would look white, since that has taken what it lacks for air."""
     residual_step: float
     """[s]."""
-    events: tuple[Event, ...] = ()
-    """Passages of this log in which something other than the plant acts."""
     stretches: Mapping[str, Array] = field(default_factory=dict)
-    """Of both, shape (n, 3): what they predict of a flight under a controller in stretches of ``stretch`` [s], each
-    begun at the measured motion, every ``residual_step`` [s]: with the controller where it is known, else under the
-    voltages. Not a number between two stretches."""
-    stretch: float = 0.0
+    """Of both, shape (n, 3): what they predict of a flight under a controller in stretches, each begun at the measured
+    motion, every ``residual_step`` [s]: 3 s with the controller where it is known, else 1 s under the voltages. Not a
+    number between two stretches."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -240,24 +237,9 @@ class Diagnosis(DiagnosisFile):
     def write(self, folder: str | PathLike[str], rig: str = "rig") -> Path:
         """Write diagnosis.json, report.html, parameters.json and the corrected HelicopterPlant.fmu, all or nothing.
 
-        Parameters
-        ----------
-        folder : path
-            Made if it does not exist.
-        rig : str
-            What the report calls the rig.
-
-        Returns
-        -------
-        Path
-            The folder.
-
-        Raises
-        ------
-        ConfigurationError
-            The folder cannot be written to.
-        IdentifierError
-            The free run of the corrected unit is not the one that the diagnosis reports.
+        The folder is made if it does not exist, and returned. ``rig`` is what the report calls the rig.
+        ConfigurationError if the folder cannot be written to, IdentifierError if the free run of the corrected unit is
+        not the one that the diagnosis reports.
         """
         with _results().write_whole_folder(folder) as draft:
             _results().write_results(self, rig, draft)

@@ -33,7 +33,7 @@ from scipy.signal import correlate
 from scipy.special import chdtrc
 
 from heli_identifier.chain import undo_faults
-from heli_identifier.records import Event, Log
+from heli_identifier.records import Log
 from heli_identifier.results.bootstrap import bootstrap, change_figures, rms_figures
 from heli_identifier.results.diagnosis import AxisError, AxisReport, ErrorFigure, HeldOutLikelihood, HeldOutSeries, Use
 from heli_identifier.results.prediction import HORIZONS, SPACING, STRETCH, Model, Run, simulate_record
@@ -69,19 +69,13 @@ def compare(
     after: Fit,
     logs: Sequence[Log],
     reports: Mapping[str, ParameterReport] = {},
-    events: Sequence[Event] = (),
     closed_loop: bool = False,
 ) -> tuple[dict[str, AxisReport], HeldOutLikelihood, tuple[HeldOutSeries, ...]]:
     """Compare on held-out ``logs`` two plants that were fitted to training logs.
 
-    Samples within the events of a log count in the free run only; ``events`` are those to be shown in figures.
-    ``reports`` say what each parameter of the plant after rests on; a gain that is not among them was given. The use of
-    an axis is judged by the error 1 s ahead, and under a controller (``closed_loop``) by that .2 s ahead.
-
-    Raises
-    ------
-    LogError
-        No passage is long enough for a prediction over two seconds.
+    Samples within the events of a log count in the free run only. ``reports`` say what each parameter of the plant
+    after rests on; a gain that is not among them was given. The use of an axis is judged by the error 1 s ahead, and
+    under a controller (``closed_loop``) by that .2 s ahead. LogError if no passage is long enough for 2 s ahead.
     """
     rig, records = after.likelihood.rig, _records(before, after, logs)
     signals = (undo_faults(after.likelihood.faults, log.voltages, log.angles, log.step) for log in logs)
@@ -91,8 +85,8 @@ def compare(
     models, judged = {"before": first, "after": second}, "ahead_200ms" if closed_loop else "prediction_1s"
     angle_changes = [run.measured(0.2) - run.record.angles[run.at] for run in second.runs]
     angle_stays_200ms = rms_figures(angle_changes, SPACING, _NAMES["ahead_200ms"])
-    stretches, length = _fly_again(models, logs, angle_stays_200ms) if closed_loop else ({}, 0.0)
-    if length == STRETCH:
+    stretches, controlled = _fly_again(models, logs, angle_stays_200ms) if closed_loop else ({}, False)
+    if controlled:
         for name, of_model in stretches.items():
             models[name].errors["closed_loop_3s"] = _thin_errors(of_model, records)
     errors = {name: runs.figures() for name, runs in models.items()}
@@ -119,9 +113,7 @@ def compare(
             log, {name: runs.free_runs[i] for name, runs in models.items()},
             dict(zip(rig.state, map(float, starts[i]), strict=True)),
             {name: of_model[i] for name, of_model in residuals.items()}, records[i].step,
-            tuple(event for event in events if event.log == log.name),
             {name: _join_stretches(records[i], *of_model[i]) for name, of_model in stretches.items() if i in of_model},
-            length,
         )
         for i, log in enumerate(mended)
     )  # fmt: skip
@@ -213,11 +205,11 @@ _Stretches = dict[int, tuple[list[int], Array]]
 
 def _fly_again(
     models: Mapping[str, _HeldOutRuns], logs: Sequence[Log], angle_stays: Sequence[ErrorFigure]
-) -> tuple[dict[str, _Stretches], float]:
+) -> tuple[dict[str, _Stretches], bool]:
     """Let plant and recovered controller fly again; without a controller, 1 s under the measured voltages.
 
     All axes fly together. An axis with an error .2 s ahead as large as ``angle_stays``, that of a constant angle, would
-    spoil the others: then no controller flies. The length of the stretches [s] is returned as well.
+    spoil the others: then no controller flies. Whether one flew is returned as well.
     """
     ahead = rms_figures(models["after"].errors["ahead_200ms"], SPACING, _NAMES["ahead_200ms"])
     if all(figure.value < bare.value for figure, bare in zip(ahead, angle_stays, strict=True)):
@@ -225,8 +217,8 @@ def _fly_again(
         flown = {name: {i: m.runs[i].fly_again(STRETCH, law) for i, law in laws.items()} for name, m in models.items()}
         errors = [e for of_model in flown.values() for _, e in of_model.values() if len(e)]
         if errors and all(np.isfinite(e).all() for e in errors):
-            return flown, STRETCH
-    return {name: {i: run.fly_again(1.0) for i, run in enumerate(m.runs)} for name, m in models.items()}, 1.0
+            return flown, True
+    return {name: {i: run.fly_again(1.0) for i, run in enumerate(m.runs)} for name, m in models.items()}, False
 
 
 def _thin_errors(flown: _Stretches, records: Sequence[Record]) -> list[Array]:

@@ -93,11 +93,8 @@ class ParameterSet(Tabular):
     def plant(self) -> PlantParameters:
         """Return the plant with these parameters.
 
-        Raises
-        ------
-        ConfigurationError
-            They are another unit's, one of the simplified model's parameters is not among them, or a name or value is
-            none of the plant's.
+        ConfigurationError if they are another unit's, lack one of the simplified model's, or have a name or value that
+        is none of the plant's.
         """
         self.check_unit(PLANT)
         try:
@@ -121,19 +118,10 @@ class ParameterSet(Tabular):
         return tuple(axis for axis, expected in self.expected.items() if expected.use in uses)
 
     @property
-    def uses(self) -> str:
-        """What the axes may be used for according to the diagnosis; empty without a diagnosis."""
-        return uses_text({axis: expected.use for axis, expected in self.expected.items()})
-
-    @property
     def doubts(self) -> tuple[str, ...]:
-        """Warnings for every result of these parameters: axes that the diagnosis does not call fit for control."""
-        sentences = {Use.PREDICTION: "can be used for prediction only, not for control", Use.NOTHING: "cannot be used"}
-        return tuple(
-            f"the {', the '.join(axes)} of this plant {sentence}; diagnosis.json says why and what to fly"
-            for use, sentence in sentences.items()
-            if (axes := self.axes_for(use))
-        )
+        """Warning for every result of these parameters: axes that the diagnosis does not call fit for control."""
+        unfit = uses_text({axis: own.use for axis, own in self.expected.items() if own.use is not Use.CONTROL})
+        return (f"use of this plant by axis: {unfit}; diagnosis.json says why and what to fly",) if unfit else ()
 
     @property
     def drawn_from_prior(self) -> str:

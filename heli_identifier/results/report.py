@@ -136,8 +136,8 @@ def _draw_overlay(diagnosis: Diagnosis) -> str:
         panel.line(time, runs["after"][:, index], "after", "plant after", 1.2)
         panel.spans = [
             (event.start_in_file - series.log.start, event.end_in_file - series.log.start)
-            for event in series.events
-            if event.axis == axis
+            for event in diagnosis.events
+            if (event.log, event.axis) == (series.log.name, axis)
         ]
         panels.append(panel)
     description = f"Measured motion of {series.log.name}, and that of the model before and the plant"

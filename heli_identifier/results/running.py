@@ -15,6 +15,7 @@ from heli_identifier.records import Log, LogSource, read_logs, write_log
 from heli_identifier.results.diagnosis import Diagnosis, HeldOutSeries
 from heli_identifier.results.parameters import PLANT
 from heli_identifier.results.sources import ParameterSource, PlantSource, parameter_set, to_plant
+from heli_identifier.results.words import uses_text
 from heli_identifier.signatures import check_types
 from heli_identifier.tracing import record_start
 from heli_plant.effects import AXES
@@ -135,7 +136,8 @@ def build(
     else:
         given = parameter_set(parameters)
         given.check_unit(unit)
-        values, remark = given.start_values, f"Use of {given.uses}" if given.uses else ""
+        uses = uses_text({axis: expected.use for axis, expected in given.expected.items()})
+        values, remark = given.start_values, f"Use of {uses}" if uses else ""
     return build_unit(
         unit, Path(folder), values, remark, native=native, fmi=fmi, all_platforms=all_platforms,
         model_exchange=model_exchange,

@@ -81,11 +81,8 @@ def _check_unit(file: Path, given: ParameterSet) -> None:
 
     refuse(given.unit not in UNITS, f"{file} names the unit {given.unit!r}; there are {', '.join(UNITS)}.")
     variables = parameters_of(unit_class(given.unit))
-    if foreign := [name for name in given.values if name not in variables]:
-        owners = [unit for unit in UNITS if given.values.keys() <= parameters_of(unit_class(unit)).keys()]
-        whose = f"; its values are of the {owners[0]}, name that as its unit" if owners else ""
-        raise ConfigurationError(f"{file} is of the unit {given.unit}, which has no parameter {foreign[0]!r}{whose}.")
     for name, value in given.values.items():
+        refuse(name not in variables, f"{file} is of the unit {given.unit}, which has no parameter {name!r}.")
         unit = variables[name].unit or "1"
         mismatch = f"{name} is stated in {value.unit!r}, the {given.unit} takes it in {unit!r}"
         refuse((value.unit or "1") != unit, f"{file}: {mismatch}; convert value and standard error.")
