@@ -73,7 +73,7 @@ def test_what_is_not_in_the_plant_faults_of_logs_a_second_log_and_a_noise_floor_
     whole = example_diagnosis()
     alone = replace(whole, effects=tuple(replace(own, in_plant=False) for own in whole.effects), possible=())
     page = report_page(alone, "rig")
-    assert "No effect that is shown." in page and "not in the plant" in page
+    assert "No effect that is shown." in page and 'data-label="in the plant">no</td>' in page
     assert "The model lacks" not in words.verdict_line(alone)
     # faults of the logs and remarks stand before the details
     late = LogFault("late", "pitch", "A late column", advice="Fix it.")

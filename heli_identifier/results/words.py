@@ -238,19 +238,6 @@ def held_out_sentence(diagnosis: DiagnosisFile) -> str:
     return typeset(likelihoods) + (warning if diagnosis.closed_loop else "")
 
 
-def possible_sentence(effect: tracing.FoundEffect) -> str:
-    """Say why a possible effect is no finding, and why it is in the plant or not."""
-    gain, place = effect.left_out_gain, "in the plant" if effect.in_plant else "not in the plant"
-    if effect.in_plant and (gain or 0.0) <= 0.0:
-        place += ", as every rig has it and these logs do not contradict it"
-    elif gain is not None:
-        nats = "nothing" if abs(gain) < 0.05 else f"{to_digits(abs(gain), 2)} nats"
-        place += f", as left-out logs {'lose' if gain <= -0.05 else 'gain'} {nats} with it"
-    elif not effect.in_plant:
-        place += ", as it steps at one instant or a shape of its law is at the end of what is plausible"
-    return f"{effect_title(effect)}: possible, {to_digits(effect.score)} nats; {place}."
-
-
 def typeset_notes(notes: Iterable[str]) -> list[str]:
     """Return notes typeset; notes on one log, which begin with its name, are joined to one line."""
     texts: dict[str, list[str]] = {}
