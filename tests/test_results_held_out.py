@@ -250,7 +250,7 @@ def test_errors_ahead_of_a_plant_alone_are_those_of_the_comparison_and_a_short_l
     errors = {(name, axis): error.value for name, axis, error in errors_ahead(plant, [log])}
     # motors do not depend on the filter: the error is the one that the comparison reports
     assert errors[log.name, "pitch"] == pytest.approx(compared[0]["pitch"].after.prediction_1s.value, rel=1e-9)
-    with pytest.raises(LogError, match="log short, error over 1 s"):
+    with pytest.raises(LogError, match="log short, error 1 s ahead"):
         errors_ahead(plant, [Log("short", 100.0, log.voltages[:250], log.angles[:250])])
 
 

@@ -10,7 +10,7 @@ from heli_identifier.errors import LogError
 from heli_identifier.records import Log, LogSource, read_logs
 from heli_identifier.results.bootstrap import rms_figures
 from heli_identifier.results.diagnosis import ErrorFigure, Use
-from heli_identifier.results.prediction import HORIZONS, SPACING, Model, Run
+from heli_identifier.results.prediction import SPACING, Model, Run
 from heli_identifier.results.report import render
 from heli_identifier.results.sources import ParameterSource, parameter_set
 from heli_identifier.results.tables import Table, Tabular
@@ -35,7 +35,7 @@ def errors_ahead(
     rig, errors = helicopter(logs), list[tuple[str, str, ErrorFigure]]()
     for log in logs:
         run = Run.along(Model.alone(rig, parameters), record_of(log, rig), np.zeros(len(rig.axes)))
-        what = f"log {log.name}, error over {HORIZONS[figure]:g} s"
+        what = f"log {log.name}, error {AHEAD[figure]}"
         figures = rms_figures([run.errors()[figure]], SPACING, what)
         errors += [(log.name, axis, error) for axis, error in zip(rig.axes, figures, strict=True)]
     return errors

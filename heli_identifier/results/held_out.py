@@ -37,6 +37,7 @@ from heli_identifier.records import Log
 from heli_identifier.results.bootstrap import bootstrap, change_figures, rms_figures
 from heli_identifier.results.diagnosis import AxisError, AxisReport, ErrorFigure, HeldOutLikelihood, HeldOutSeries, Use
 from heli_identifier.results.prediction import HORIZONS, SPACING, STRETCH, Model, Run, simulate_record
+from heli_identifier.results.words import AHEAD
 from heli_identifier.tracing.fit import Fit, fit, fit_per_log
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.likelihood import Likelihood, undo_in_record
@@ -84,7 +85,7 @@ def compare(
     first, second = (_HeldOutRuns.of(Model.of(fitted), records, mended, starts) for fitted in (before, after))
     models, judged = {"before": first, "after": second}, "ahead_200ms" if closed_loop else "prediction_1s"
     angle_changes = [run.measured(0.2) - run.record.angles[run.at] for run in second.runs]
-    angle_stays_200ms = rms_figures(angle_changes, SPACING, _NAMES["ahead_200ms"])
+    angle_stays_200ms = rms_figures(angle_changes, SPACING, "error .2 s ahead")
     stretches, controlled = _fly_again(models, logs, angle_stays_200ms) if closed_loop else ({}, False)
     if controlled:
         for name, of_model in stretches.items():
@@ -94,8 +95,8 @@ def compare(
     residuals = {name: [_standardise(run, second.model) for run in runs.runs] for name, runs in models.items()}
     floor, air = second.noise_floor(), after.air()
     moved = [(run.measured(1.0) - run.motion[:, :3], run.motion[:, 3:]) for run in second.runs]
-    angle_stays = rms_figures([angles for angles, _ in moved], SPACING, _NAMES["prediction_1s"])
-    rate_stays = rms_figures([angles - rates for angles, rates in moved], SPACING, _NAMES["prediction_1s"])
+    angle_stays = rms_figures([angles for angles, _ in moved], SPACING, "error 1 s ahead")
+    rate_stays = rms_figures([angles - rates for angles, rates in moved], SPACING, "error 1 s ahead")
     axes = {}
     for i, axis in enumerate(rig.axes):
         error, gain, weights = errors["after"][i], rig.gains[i], [record.weights[:, i] for record in records]
@@ -118,12 +119,6 @@ def compare(
         for i, log in enumerate(mended)
     )  # fmt: skip
     return axes, _likelihood(first, second), series
-
-
-_NAMES = {name: f"error over {H:g} s" for name, H in HORIZONS.items()} | {
-    "closed_loop_3s": f"closed-loop error over {STRETCH:g} s"
-}
-"""What a message calls each error."""
 
 
 def _records(before: Fit, after: Fit, logs: Sequence[Log]) -> tuple[Record, ...]:
@@ -186,7 +181,7 @@ class _HeldOutRuns:
         for name, of_logs in errors.items():
             known = any(map(len, of_logs))
             nothing = [ErrorFigure(0.0, 0.0, 0.0)] * len(stable)
-            figures[name] = rms_figures(of_logs, SPACING, _NAMES[name]) if known else nothing
+            figures[name] = rms_figures(of_logs, SPACING, f"error {AHEAD[name]}") if known else nothing
         finite = all(np.isfinite(run).all() for run in free)
         of_free = rms_figures(free, steps) if finite else [None] * len(stable)
         figures["free_run"] = [figure if ok else None for figure, ok in zip(of_free, stable, strict=True)]
@@ -211,7 +206,7 @@ def _fly_again(
     All axes fly together. An axis with an error .2 s ahead as large as ``angle_stays``, that of a constant angle, would
     spoil the others: then no controller flies. Whether one flew is returned as well.
     """
-    ahead = rms_figures(models["after"].errors["ahead_200ms"], SPACING, _NAMES["ahead_200ms"])
+    ahead = rms_figures(models["after"].errors["ahead_200ms"], SPACING, "error .2 s ahead")
     if all(figure.value < bare.value for figure, bare in zip(ahead, angle_stays, strict=True)):
         laws = {i: law for i, law in enumerate(controllers_of(logs)) if len(law) == len(CHANNELS)}
         flown = {name: {i: m.runs[i].fly_again(STRETCH, law) for i, law in laws.items()} for name, m in models.items()}

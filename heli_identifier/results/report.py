@@ -108,7 +108,8 @@ def _axis_card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str,
     ends = [words.percent(share) for share in (change.value, change.low, change.high)]
     gain_report = diagnosis.parameters.get(name)
     value, _, rests_on = tables.gain_cells(gain_report, diagnosis.parameters_after[name])
-    gain = f"{BY_FIELD[name].symbol} = {value}, {rests_on}"
+    at = f" (slope at {words.to_digits(diagnosis.settings['operating_point'])} V)" if gain_report else ""
+    gain = f"{BY_FIELD[name].symbol} = {value}{at}, {rests_on}"
     if gain_report is not None and gain_report.determination is tracing.Determination.NOT_DETERMINED:
         gain += f": {gain_report.why}." + (f" To fly: {gain_report.experiment}" if gain_report.experiment else "")
     usable = report.use is not Use.NOTHING

@@ -89,25 +89,22 @@ class Tabular(ABC):
         return f"<p>{escape(self.table.title)}</p>{self.table.__html__()}{remarks}"
 
 
-_AHEAD = (("ahead_100ms", ".1 s ahead"), ("ahead_200ms", ".2 s ahead"))
-_UNDER_VOLTAGES = (("prediction_1s", "1 s ahead"), ("prediction_2s", "2 s ahead"), ("free_run", "free run"))
-
-ERRORS = {False: (*_UNDER_VOLTAGES, *_AHEAD), True: (*_AHEAD, ("closed_loop_3s", "closed loop, 3 s"), *_UNDER_VOLTAGES)}
-"""Fields and names of errors, the most informative first, by whether a controller flew."""
-
 GAIN_OF = dict(zip(AXES, GAINS, strict=True))
 """Gain of every axis by the paper's symbol."""
 
 
 def error_table(diagnosis: Diagnosis) -> Table:
     """Return a row per axis and kind of error, with intervals; predictions without a model are those over 1 s."""
+    # under a controller the errors that its voltages answer do not lead
+    leading = ("ahead_100ms", "ahead_200ms", "closed_loop_3s") if diagnosis.closed_loop else ()
     rows = []
     for axis, report in diagnosis.axes.items():
-        for field, label in ERRORS[diagnosis.closed_loop]:
+        for field in dict.fromkeys((*leading, *words.AHEAD)):
             figures = [getattr(errors, field) for errors in (report.before, report.after, report.noise_floor)]
             if figures[0] or figures[1]:
-                without_model = (report.angle_stays, report.rate_stays) if field == "prediction_1s" else (None, None)
-                rows.append((axis, label, *map(words.angle_value, without_model), *map(words.angle_text, figures)))
+                bare = (report.angle_stays, report.rate_stays) if field == "prediction_1s" else (None, None)
+                cells = (*map(words.angle_value, bare), *map(words.angle_text, figures))
+                rows.append((axis, words.AHEAD[field], *cells))
     columns = ("axis", "error [mrad]", "angle stays", "rate stays", "before", "after", "noise floor")
     return Table("Error on held-out logs", columns, rows)
 
