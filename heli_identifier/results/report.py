@@ -19,6 +19,7 @@ from heli_identifier.results.documents import write_files
 from heli_identifier.results.parameters import PLANT, corrected_parameters
 from heli_identifier.results.running import build, check_free_run
 from heli_identifier.results.svg import Axes, figure
+from heli_identifier.tracing import Determination, Verdict
 from heli_plant.effects import AXES
 from heli_plant.effects import effect as catalogue_effect
 from heli_plant.parameters import BY_FIELD
@@ -41,10 +42,6 @@ PAGES = TEMPLATES.overlay(
 
 LAGS = 50
 """Lags up to which the autocorrelation of innovations is drawn."""
-
-WEIGHTS = {"unusable": 100, "gain": 4, "effect": 2, "bound": 1}
-"""Weight of an experiment by what it would determine: the gain of an axis that is not usable, another gain, a found or
-possible effect, an effect that is not testable."""
 
 
 def write_results(diagnosis: Diagnosis, rig: str, folder: Path, native: bool = False) -> None:
@@ -110,7 +107,7 @@ def _axis_card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str,
     value, _, rests_on = tables.gain_cells(gain_report, diagnosis.parameters_after[name])
     at = f" (slope at {words.to_digits(diagnosis.settings['operating_point'])} V)" if gain_report else ""
     gain = f"{BY_FIELD[name].symbol} = {value}{at}, {rests_on}"
-    if gain_report is not None and gain_report.determination is tracing.Determination.NOT_DETERMINED:
+    if gain_report is not None and gain_report.determination is Determination.NOT_DETERMINED:
         gain += f": {gain_report.why}." + (f" To fly: {gain_report.experiment}" if gain_report.experiment else "")
     usable = report.use is not Use.NOTHING
     use = f"usable for {report.use}".replace("prediction", f"prediction over {words.horizon(diagnosis)}")
@@ -191,36 +188,34 @@ def _law_figure(curve: tracing.EffectCurve, title: str) -> str:
 
 def experiments_of(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
     """Rank the experiments that a diagnosis asks for, as :func:`rank_experiments` does."""
-    unusable = [tables.GAIN_OF[axis] for axis, report in diagnosis.axes.items() if report.use is Use.NOTHING]
-    effects = (*diagnosis.effects, *diagnosis.possible)
-    return rank_experiments(diagnosis.parameters, effects, diagnosis.catalogue, unusable)
+    return rank_experiments(diagnosis.parameters, (*diagnosis.effects, *diagnosis.possible), diagnosis.catalogue)
 
 
 def rank_experiments(
     parameters: Mapping[str, tracing.ParameterReport], effects: Sequence[tracing.FoundEffect],
-    catalogue: Sequence[tracing.CatalogueVerdict], unusable: Sequence[str] = (),
+    catalogue: Sequence[tracing.CatalogueVerdict],
 ) -> list[tuple[list[str], str]]:  # fmt: skip
-    """Return every experiment that would help, with what it would determine, the most valuable first.
+    """Return every experiment that would help, with what it would determine.
 
-    ``unusable`` are the gains of the axes that are not usable.
+    First come those for gains that are not determined, on which no controller can be designed, then those that would
+    determine most.
     """
-    asked: dict[str, list[tuple[int, str]]] = {}
-
-    def add(experiment: str, kind: str, what: str) -> None:
-        if experiment:
-            asked.setdefault(experiment, []).append((WEIGHTS[kind], what))
-
-    for name, report in parameters.items():
-        if report.determination is not tracing.Determination.OUTSIDE:
-            kind = "unusable" if name in unusable else "gain" if name in tables.GAIN_OF.values() else "effect"
-            add(report.experiment, kind, words.name_parameter(name))
-    for effect in effects:
-        add(effect.experiment, "effect", words.describe_effect(effect))
-    for entry in catalogue:
-        if entry.verdict == tracing.Verdict.NOT_TESTABLE:
-            add(entry.experiment, "bound", words.effect_name(entry.name, entry.axis))
-    ranked = sorted(asked.items(), key=lambda entry: -sum(weight for weight, _ in entry[1]))
-    return [([what for _, what in questions], text) for text, questions in ranked]
+    questions = (
+        *(
+            (r.experiment, words.name_parameter(n))
+            for n, r in parameters.items()
+            if r.determination is not Determination.OUTSIDE
+        ),
+        *((effect.experiment, words.describe_effect(effect)) for effect in effects),
+        *((e.experiment, words.effect_name(e.name, e.axis)) for e in catalogue if e.verdict == Verdict.NOT_TESTABLE),
+    )
+    determines: dict[str, list[str]] = {}
+    for experiment, what in questions:
+        determines.setdefault(experiment, []).append(what)
+    determines.pop("", None)
+    gains = [parameters[name] for name in tables.GAIN_OF.values() if name in parameters]
+    urgent = {report.experiment for report in gains if report.determination is Determination.NOT_DETERMINED}
+    return [(determines[e], e) for e in sorted(determines, key=lambda e: (e not in urgent, -len(determines[e])))]
 
 
 def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[str, str, list[str]]]:

@@ -178,17 +178,6 @@ def catalogue_table(diagnosis: Diagnosis) -> Table:
     return Table("Every effect of the catalogue", columns, rows, [share])
 
 
-def event_table(diagnosis: Diagnosis) -> Table:
-    """Return a row per event."""
-    kinds = {"force": ("a force from outside", "rad/s²"), "slip": ("a slip of the encoder", "rad")}
-    rows = []
-    for event in diagnosis.events:
-        what, unit = kinds[event.kind]
-        times = (f"{time:.2f}" for time in (event.start_in_file, event.end_in_file))
-        rows.append((event.log, event.axis, *times, what, f"{words.to_digits(abs(event.size), 2)} {unit}"))
-    return Table("Events", ("log", "axis", "from [s]", "to [s]", "what", "size"), rows)
-
-
 def log_table(diagnosis: Diagnosis) -> Table:
     """Return a row per log."""
     columns = ("file", "used for", "samples", "rate [Hz]", "SHA-256")
