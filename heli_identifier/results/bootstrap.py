@@ -58,11 +58,9 @@ def bootstrap(
 
 def change_figures(first: Sequence[Array], second: Sequence[Array], spacing: float) -> list[ErrorFigure]:
     """Return by axis the root mean square of the second errors (S, a) over that of the first, less 1."""
-    squares = [np.hstack(pair) ** 2 for pair in zip(first, second, strict=True)]
-    return bootstrap([rows[np.isfinite(rows).all(1)] for rows in squares], spacing, _rms_ratio)
+    squares, axes = [np.hstack(pair) ** 2 for pair in zip(first, second, strict=True)], first[0].shape[1]
 
+    def ratio(means: Array) -> Array:
+        return np.sqrt(means[..., axes:] / np.maximum(means[..., :axes], 1e-300)) - 1.0
 
-def _rms_ratio(squares: Array) -> Array:
-    """Return the root of the ratio of the second half of the columns to the first half, less 1."""
-    a = squares.shape[-1] // 2
-    return np.sqrt(squares[..., a:] / np.maximum(squares[..., :a], 1e-300)) - 1.0
+    return bootstrap([rows[np.isfinite(rows).all(1)] for rows in squares], spacing, ratio)

@@ -27,6 +27,7 @@ from heli_identifier.records import (
 from heli_identifier.results.checking import errors_ahead
 from heli_identifier.results.diagnosis import DataEntry, Diagnosis, ErrorFigure, RigVerdict
 from heli_identifier.results.held_out import compare
+from heli_identifier.results.words import has_sign
 from heli_identifier.signatures import check_types
 from heli_identifier.tracing.findings import draw_curves, estimates, log_faults
 from heli_identifier.tracing.fit import Fit, covariance, fit
@@ -238,8 +239,7 @@ def _given_gain_notes(identified: Identification) -> Iterator[str]:
 def _size_notes(effects: Sequence[FoundEffect]) -> Iterator[str]:
     """Name effects that act without doubt although the interval of their coefficient contains zero."""
     for effect in effects:
-        size = effect.coefficient
-        if size is not None and effect.in_plant and size.interval[0] <= 0.0 <= size.interval[1]:
+        if effect.in_plant and not has_sign(effect):
             yield (
                 f"the {effect.name.replace('_', ' ')} of the {effect.axis} acts, by {effect.score:.2g} nats, but its "
                 "coefficient trades off against its shape or another parameter: the plant's torque is that of these "

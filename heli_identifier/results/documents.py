@@ -65,10 +65,9 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
     schema = content.get("schema") if isinstance(content, dict) else None
     (expected,) = get_args(get_type_hints(kind)["schema"])
     if schema != expected:
-        is_older_version = isinstance(schema, str) and schema.partition("/")[0] == expected.partition("/")[0]
-        remedy = " of another version of this program: run `heli diagnose` again" if is_older_version else ""
         raise ConfigurationError(
-            f"{path} must hold an object of schema {expected!r}, its schema is {shortened(schema)}{remedy}."
+            f"{path} must hold an object of schema {expected!r}, its schema is {shortened(schema)}; if another version of "
+            "this program wrote it, run `heli diagnose` again."
         )
     for entry, number in numbers_of(content):  # Python reads NaN, Infinity and 1e999
         if not abs(number) < inf:

@@ -163,11 +163,9 @@ def _effect_facts(diagnosis: Diagnosis, effect: tracing.FoundEffect) -> dict[str
     # a torque of no catalogue has the curve of its variable, and may have several on an axis
     curves = (c for c in diagnosis.curves if c.name == effect.name and effect.axis in (c.axis, "rotors"))
     curve = next((c for c in curves if getattr(effect.shape, "variable", c.variable) == c.variable), None)
-    drawing, axis = "", curve.axis if curve else effect.axis
-    if axis in diagnosis.axes and diagnosis.axes[axis].use is Use.NOTHING:
-        facts.append(("figure", f"none: the {axis} of the plant is not usable"))
-    elif curve is not None:
-        drawing = _law_figure(curve, words.effect_title(effect))
+    axis = curve.axis if curve else effect.axis
+    usable = axis not in diagnosis.axes or diagnosis.axes[axis].use is not Use.NOTHING
+    drawing = _law_figure(curve, words.effect_title(effect)) if curve is not None and usable else ""
     return {
         "title": words.effect_title(effect), "verdict": effect.verdict, "kind": effect.verdict.name.lower(),
         "facts": facts, "figure": drawing,

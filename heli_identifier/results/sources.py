@@ -17,7 +17,6 @@ PlantSource = ParameterSource | PlantParameters
 """What every function takes as the parameters of a plant; a path is that of a parameters.json."""
 
 
-@check_types
 def parameter_set(parameters: ParameterSource) -> ParameterSet:
     """Return the parameters of a diagnosis or of a parameters.json, or a parameter set as it is."""
     if isinstance(parameters, str | PathLike):

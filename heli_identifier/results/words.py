@@ -78,13 +78,9 @@ def with_interval(estimate: Estimate, unit: bool = True) -> str:
     return f"{estimate.value:z.{decimals}f} ± {half:.{decimals}f}{suffix}".replace("-", "−")
 
 
-SMALLEST_P = 1e-4
-"""A smaller p value is written as a bound: the tails of a test's distribution are not known more exactly."""
-
-
 def p_text(p: float) -> str:
-    """Return a probability as ``p = 0.27``, a very small one as a bound."""
-    return f"p = {to_digits(p, 2)}" if p >= SMALLEST_P else f"p < {SMALLEST_P:.4f}"
+    """Return a probability as ``p = 0.27``; a very small one, where tails of tests are not exact, as a bound."""
+    return f"p = {to_digits(p, 2)}" if p >= 1e-4 else "p < 0.0001"
 
 
 def angle_value(figure: ErrorFigure | None) -> str:
@@ -197,8 +193,7 @@ def _leading_change(diagnosis: DiagnosisFile, effects: Sequence[tracing.FoundEff
     if not usable:
         return "On held-out logs no axis of the plant is usable."
     if not changes:
-        which = "axis" if len(usable) == len(diagnosis.axes) else "usable axis"
-        return f"On held-out logs no {which}'s error {AHEAD[field]} clearly changes."
+        return f"On held-out logs no usable axis's error {AHEAD[field]} clearly changes."
     axes = [effect.axis for effect in effects]
     axis = max(changes, key=lambda name: (name in axes, abs(changes[name])))
     verb = "falls" if changes[axis] < 0.0 else "rises"
