@@ -66,8 +66,8 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
     (expected,) = get_args(get_type_hints(kind)["schema"])
     if schema != expected:
         raise ConfigurationError(
-            f"{path} must hold an object of schema {expected!r}, its schema is {shortened(schema)}; if another version of "
-            "this program wrote it, run `heli diagnose` again."
+            f"{path} must hold an object of schema {expected!r}, its schema is {shortened(schema)}; if another version "
+            "of this program wrote it, run `heli diagnose` again."
         )
     for entry, number in numbers_of(content):  # Python reads NaN, Infinity and 1e999
         if not abs(number) < inf:
