@@ -103,15 +103,10 @@ class ParameterSet(Tabular):
             raise ConfigurationError(f"{error}.") from error
 
     def check_unit(self, unit: str) -> None:
-        """Refuse parameters of another unit, and those of a plant that are not complete: a ConfigurationError."""
+        """Refuse parameters of another unit, and a plant without some of the :data:`REQUIRED`: a ConfigurationError."""
         refuse(self.unit != unit, f"these are parameters of the {self.unit}, those of the {unit} are needed.")
-        self.check_complete()
-
-    def check_complete(self, where: str = "") -> None:
-        """Refuse a plant without some of the :data:`REQUIRED` parameters: a ConfigurationError."""
-        missing = ", ".join(name for name in REQUIRED if name not in self.values) if self.unit == PLANT else ""
-        message = f"{where}the plant's parameters lack {missing}; values of another rig are not taken for them."
-        refuse(bool(missing), message)
+        missing = ", ".join(name for name in REQUIRED if name not in self.values and unit == PLANT)
+        refuse(bool(missing), f"the plant's parameters lack {missing}; values of another rig are not taken for them.")
 
     def axes_for(self, *uses: Use) -> tuple[str, ...]:
         """Return the axes that have one of these uses."""

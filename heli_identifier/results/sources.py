@@ -87,4 +87,4 @@ def _check_unit(file: Path, given: ParameterSet) -> None:
         refuse((value.unit or "1") != unit, f"{file}: {mismatch}; convert value and standard error.")
         if problem := problem_with(variables[name], value.value):
             raise ConfigurationError(f"{file}: {problem}.")
-    given.check_complete(f"{file}: ")
+    given.check_unit(given.unit)
