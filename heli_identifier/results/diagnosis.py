@@ -11,6 +11,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
+from heli_identifier import results  # its other modules show and write these values, and are loaded when they do
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.records import Event, Log
@@ -228,11 +229,11 @@ class Diagnosis(DiagnosisFile):
 
     def summary(self) -> str:
         """Return the verdict, the errors before and after, and the notes as plain text."""
-        return _results().diagnosis_summary(self)
+        return results.diagnosis_summary(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the content of diagnosis.json; docs/reference/files.md describes it."""
-        return _results().to_json_value({entry.name: getattr(self, entry.name) for entry in fields(DiagnosisFile)})
+        return results.to_json_value({entry.name: getattr(self, entry.name) for entry in fields(DiagnosisFile)})
 
     def write(self, folder: str | PathLike[str], rig: str = "rig") -> Path:
         """Write diagnosis.json, report.html, parameters.json and the corrected HelicopterPlant.fmu, all or nothing.
@@ -241,21 +242,14 @@ class Diagnosis(DiagnosisFile):
         ConfigurationError if the folder cannot be written to, IdentifierError if the free run of the corrected unit is
         not the one that the diagnosis reports.
         """
-        with _results().write_whole_folder(folder) as draft:
-            _results().write_results(self, rig, draft)
+        with results.write_whole_folder(folder) as draft:
+            results.write_results(self, rig, draft)
         return Path(folder)
 
     def _repr_html_(self) -> str:
         """Show the diagnosis in a notebook."""
-        return _results().notebook_view(self)
+        return results.notebook_view(self)
 
     def __repr__(self) -> str:
         effects = ", ".join(f"{effect.name} on {effect.axis}" for effect in self.effects)
         return f"<Diagnosis: {self.verdict}{f': {effects}' if effects else ''}>"
-
-
-def _results() -> Any:
-    """Return this package; its other modules show and write these values."""
-    import heli_identifier.results
-
-    return heli_identifier.results
