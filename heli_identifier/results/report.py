@@ -199,11 +199,7 @@ def rank_experiments(
     determine most.
     """
     questions = (
-        *(
-            (r.experiment, words.name_parameter(n))
-            for n, r in parameters.items()
-            if r.determination is not Determination.OUTSIDE
-        ),
+        *((report.experiment, words.name_parameter(name)) for name, report in parameters.items()),
         *((effect.experiment, words.describe_effect(effect)) for effect in effects),
         *((e.experiment, words.effect_name(e.name, e.axis)) for e in catalogue if e.verdict == Verdict.NOT_TESTABLE),
     )
