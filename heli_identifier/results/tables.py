@@ -10,7 +10,7 @@ from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results import words
 from heli_identifier.results.diagnosis import Diagnosis
 from heli_identifier.results.documents import numbers_of, to_json_value
-from heli_identifier.tracing import CurveShape, ParameterReport
+from heli_identifier.tracing import CurveShape, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
 
@@ -160,7 +160,7 @@ def effect_table(diagnosis: Diagnosis) -> Table:
 
 def catalogue_table(diagnosis: Diagnosis) -> Table:
     """Return a row per entry of the catalogue."""
-    columns = ("effect", "verdict", "coefficient", "unit", "bound", "score", "visibility", "why")
+    columns = ("effect", "verdict", "coefficient", "unit", "bound", "score", "visibility")
     rows = [
         (
             f"{entry.name.replace('_', ' ')}, {entry.axis}",
@@ -170,12 +170,21 @@ def catalogue_table(diagnosis: Diagnosis) -> Table:
             "" if entry.upper_bound is None else words.to_digits(entry.upper_bound, 2),
             words.to_digits(entry.score, 2),
             f"{100.0 * min(max(entry.visibility, 0.0), 1.0):.0f} %",
-            words.typeset(entry.why),
         )
         for entry in diagnosis.catalogue
     ]
     share = "visibility: share of an effect's signature that no change of the fitted parameters could imitate"
-    return Table("Every effect of the catalogue", columns, rows, [share])
+    return Table("Every effect of the catalogue", columns, rows, [share, *list_reasons(diagnosis)])
+
+
+def list_reasons(diagnosis: Diagnosis) -> list[str]:
+    """Say why an effect could not be tested, or is not shown although its score is high."""
+    needed = diagnosis.settings["score_needed_certain"]
+    return [
+        f"{words.effect_name(entry.name, entry.axis)}: {entry.why}"
+        for entry in diagnosis.catalogue
+        if entry.verdict == Verdict.NOT_TESTABLE or (entry.verdict == Verdict.NOT_SHOWN and entry.score > needed)
+    ]
 
 
 def log_table(diagnosis: Diagnosis) -> Table:
