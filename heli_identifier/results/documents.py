@@ -72,7 +72,7 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
     for entry, number in numbers_of(content):  # Python reads NaN, Infinity and 1e999
         if not abs(number) < inf:
             raise damage_error(path, f"{entry} = {number}: a finite number is expected")
-        if number < 0.0 and entry.endswith("standard_error"):
+        if number < 0.0 and (entry.endswith("standard_error") or entry.startswith("expected.")):
             raise damage_error(path, f"{entry} = {number}: expected `float` >= 0.0")
     try:
         return msgspec.convert(content, kind, dec_hook=_read_array)

@@ -121,9 +121,8 @@ class ParameterSet(Tabular):
     @property
     def drawn_from_prior(self) -> str:
         """Note for plants that are drawn; empty if the logs determine every parameter."""
-        unknown = self.covariance.not_determined if self.covariance else ()
-        note = f"the logs do not determine {join_words(unknown)}: drawn from what is plausible for any rig"
-        return note if unknown else ""
+        unknown = join_words(self.covariance.not_determined) if self.covariance else ""
+        return unknown and f"the logs do not determine {unknown}: drawn from what is plausible for any rig"
 
     @property
     def judged(self) -> str:

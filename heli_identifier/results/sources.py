@@ -6,7 +6,7 @@ from pathlib import Path
 
 from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.results.diagnosis import Diagnosis
-from heli_identifier.results.documents import damage_error, numbers_of, read_document, to_json_value
+from heli_identifier.results.documents import damage_error, read_document
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters
 from heli_identifier.signatures import check_types
 from heli_plant.effects import AXES
@@ -59,9 +59,6 @@ def _find_faults(parameters: ParameterSet) -> Iterator[str]:
     for axis in parameters.expected:
         if axis not in AXES:
             yield f"expected.{axis} is of no axis; there are {', '.join(AXES)}"
-    for name, value in numbers_of(to_json_value({"expected": parameters.expected})):
-        if value < 0.0:
-            yield f"{name} = {value}: expected `float` >= 0.0"
     if joint := parameters.covariance:
         for name in (*joint.names, *joint.not_determined):
             if name not in parameters.values:
