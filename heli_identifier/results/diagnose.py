@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from math import inf, sqrt
 from time import perf_counter
 
@@ -33,8 +33,9 @@ from heli_identifier.tracing.findings import draw_curves, estimates, log_faults
 from heli_identifier.tracing.fit import Fit, covariance, fit
 from heli_identifier.tracing.helicopter import LAG_FIELD
 from heli_identifier.tracing.identification import Identification, Progress, identify_plant
+from heli_identifier.tracing.instruments import InstrumentEstimates
 from heli_identifier.tracing.outlying_logs import outlying_log_notes
-from heli_identifier.tracing.rig import Array, Parameters
+from heli_identifier.tracing.rig import Array, Parameters, Record
 from heli_identifier.tracing.settings import MATTERS, NAMED, OUTLIER, REFITTED, SETTLING, DiagnosisSettings
 from heli_identifier.tracing.statements import Determination, FoundEffect, Verdict
 
@@ -94,6 +95,11 @@ def diagnose(
             with suppress(LogError):  # no passage of this log is long enough
                 for _, axis, error in errors_ahead(plant, [log], "ahead_200ms"):
                     ahead[axis] = max(error.value, ahead.get(axis, 0.0))
+    chi2 = {
+        name: _judge_plant(identified.instruments, after.likelihood.records, fitted)
+        for name, fitted in (("before", before), ("after", after))
+        if identified.instruments is not None
+    }
     in_plant = {(effect.name, effect.axis) for effect in (*effects, *possible) if effect.in_plant}
     effect_fields = {effect.field for effect in rig.effects if (effect.name, effect.axis) in in_plant}
     slopes = np.array([after.slope(c.field) * (c.sign or 1.0) for c in after.coordinates if c.fault is None])
@@ -116,7 +122,7 @@ def diagnose(
         plant_after=plant,
         ahead_200ms=ahead,
         axes=axes,
-        held_out=nats,
+        held_out=replace(nats, chi2=chi2),
         closed_loop=references.closed_loop,
         references=references.origin,
         agreement=identified.agreement,
@@ -164,6 +170,13 @@ def _check_logs(
                 "Record longer, or leave this log out."
             )
     return training, unseen, (*notes, *excitation_notes(training, unseen))
+
+
+def _judge_plant(instruments: InstrumentEstimates, records: Sequence[Record], plant: Fit) -> tuple[float, int]:
+    """Return chi2 and degrees of freedom, over all axes, of the instruments' judgement of a plant on training logs."""
+    rig = plant.likelihood.rig
+    axes = instruments.judge([rig.plant_accelerations(record, plant.parameters)[0] for record in records])
+    return sum(axis.chi2 for axis in axes), sum(axis.freedom for axis in axes)
 
 
 def _rig_verdict(effects: Sequence[FoundEffect]) -> RigVerdict:

@@ -133,6 +133,9 @@ class HeldOutLikelihood:
     """Under the corrected plant [nats/s]."""
     gain: ErrorFigure
     """After less before [nats], all held-out logs together, with its 95 % interval."""
+    chi2: Mapping[str, tuple[Number, int]] = field(default_factory=dict)
+    """Of the instruments' judgement `before` and `after`: statistic and degrees of freedom; empty without
+    references."""
 
 
 @dataclass(frozen=True, eq=False)

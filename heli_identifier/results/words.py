@@ -229,6 +229,11 @@ def held_out_sentence(diagnosis: DiagnosisFile) -> str:
     held_out, gain = diagnosis.held_out, diagnosis.held_out.gain
     reason = "A controller flew these logs, so its voltages answer the air"
     warning = f" {reason}: errors 1 s ahead under measured voltages decide nothing here."
+    if held_out.chi2:
+        (before, _), (after, freedom) = held_out.chi2["before"], held_out.chi2["after"]
+        warning += (
+            f" Instruments give chi2 = {to_digits(before)} before and {to_digits(after)} after, of {freedom} expected."
+        )
     likelihoods = (
         f"The log-likelihood of the held-out logs goes from {held_out.before:.1f} to {held_out.after:.1f} nats per "
         f"second: {gain.value:+z.0f} nats ({gain.low:z.0f} to {gain.high:z.0f}) in {held_out.seconds:.0f} s."
