@@ -42,28 +42,28 @@ INSTANTIATED, INITIALISING, STEPPING, TERMINATED = "instantiated", "initialising
 
 LONGEST_STEP = 1e9  # communication steps must be shorter [s], which also excludes infinity
 MOST_SUBSTEPS = 100_000  # within one communication step: some seconds of computation
-CLOCK_TOLERANCE = 1e-3  # of a step's begin, as a share of the step: hosts round their times
+CLOCK_TOLERANCE = 1e-3  # share of a step by which a host may round its times
+ROUNDING = 2.0**-53  # largest relative error of a sum of two numbers
 _SETTABLE: dict[str, set[str]] = {STEPPING: {"input", "tunable"}, TERMINATED: set()}
 """Causality or variability of variables that may be set in a phase; before these, inputs and parameters."""
 
 _WHOLE_UNIT = -1  # key of a refusal that belongs to no single variable
 
 
-def check_due(late: float, period: float, time: float) -> None:
-    """Refuse a step with more due samples of ``period`` [s] than are allowed; the first is ``late`` [s] late."""
-    if late > MOST_SUBSTEPS * period:
-        raise Refusal(
-            f"{late / period:.3g} samples of sample.time = {period:g} s are due at t = {time:g} s; at most "
-            f"{MOST_SUBSTEPS} are taken in one step, take shorter ones"
-        )
+def time_tolerance(time: float, elapsed: float, step: float) -> float:
+    """Return how long [s] before its instant something is due at ``time``, ``elapsed`` since the start of the run.
+
+    Hosts round their times. If one adds up its steps, each of elapsed/step sums may be off by a rounding of the time.
+    """
+    return min(0.5 * step, CLOCK_TOLERANCE * step + ROUNDING * abs(time * elapsed) / step)
 
 
-def check_length(step: float, longest: float, time: float) -> None:
-    """Refuse a ``step`` from ``time`` that needs more integration steps of ``longest`` [s] than are allowed."""
-    if step > MOST_SUBSTEPS * longest:
+def check_substeps(span: float, length: float, name: str, time: float) -> None:
+    """Refuse a step at ``time`` [s] if too many steps of ``length`` [s], the parameter ``name``, fit into ``span`` [s]."""
+    if span > MOST_SUBSTEPS * length:
         raise Refusal(
-            f"the step of {step:g} s from t = {time:g} s needs {step / longest:.3g} steps of solver.step = "
-            f"{longest:g} s; at most {MOST_SUBSTEPS} are taken, take a shorter step"
+            f"{span / length:.3g} steps of {name} = {length:g} s are due at t = {time:g} s; at most {MOST_SUBSTEPS} "
+            "are taken in one communication step, take shorter ones"
         )
 
 

@@ -1,5 +1,6 @@
 """The native twins show the bits of the pythonfmu units, in FMI 2.0 and 3.0; what they refuse, they refuse likewise."""
 
+import ctypes
 import json
 from random import Random
 from xml.etree import ElementTree
@@ -114,8 +115,8 @@ def test_odd_logs_are_played_or_refused_alike(tmp_path, fmus, twins):
 import random
 units = [Unit(path) for path in sys.argv[1:3]]
 good, path = open(sys.argv[3], "rb").read(), sys.argv[4]
-pieces = [b'"', b'""', b",", b"\\n", b"\\r\\n", b"\\r", b" ", b"\\t", b"\\0", b"\\xc3\\xbc", b"nan", b"1e999", b"1_0",
-          b"0x1p3", b"inf", b"-", b"+", b"e5", b".", b"1e", b'"a, ""b"', b"\\n  \\n", b"\\xef\\xbb\\xbf"]
+pieces = [b'"', b",", b"\\n", b"\\r\\n", b"\\r", b" ", b"\\t", b"\\0", b"\\xc3\\xbc", b"nan", b"1e999", b"1_0",
+          b"0x1p3", b"inf", b"-", b"+", b"e5", b".", b"1e", b"\\n  \\n", b"\\xef\\xbb\\xbf"]
 draw, different, played = random.Random(5), [], 0
 for k in range(600):
     text = bytearray(good)
@@ -130,7 +131,7 @@ for k in range(600):
         different.append([repr(bytes(text))[:300], ours, theirs])
 answer([different[:2], played])
 """
-    (tmp_path / "good.csv").write_text("note," + HEADER + "".join(f'"a, ""b""",{row}\n' for row in ROWS.split()[:5]))
+    (tmp_path / "good.csv").write_text("note," + HEADER + "".join(f"a,{row}\n" for row in ROWS.split()[:5]))
     paths = [fmus["LogPlayer"], twins["LogPlayer"], tmp_path / "good.csv", tmp_path / "odd.csv"]
     different, played = run_host(IN_BOTH + script, *paths)
     assert different == [] and 100 < played < 500
@@ -158,6 +159,16 @@ answer([first_refused(Unit(path)) for path in sys.argv[1:]])
 """
     ours, theirs = run_host(script, fmus["StateFeedback"], twins["StateFeedback"])
     assert ours == theirs and ours[1] == [5.0, 0.0] and "no finite voltages follow" in ours[2]
+
+
+def test_after_a_refused_step_the_unit_says_how_far_it_came_and_that_the_run_goes_on(twins):
+    unit = Unit(twins["PidController"]).fresh()
+    assert (unit.step(0.0, 0.01), unit.step(5.0, 0.01)) == (0, 2)
+    time, ends = ctypes.c_double(), ctypes.c_int(7)
+    for name, kind, value, status in (("Real", 2, time, 0), ("Boolean", 3, ends, 0), ("Integer", 0, ends, 2)):
+        call = unit.slave.dll[f"fmi2Get{name}Status"]
+        assert call(ctypes.c_void_p(unit.slave.component), kind, ctypes.byref(value)) == status
+    assert (time.value, ends.value) == (0.01, 0)
 
 
 def test_a_damaged_state_is_refused_and_changes_nothing(log, twins):

@@ -72,7 +72,7 @@ DEFINITIONS = {
         (
             communication.start_memory, communication.communicate, communication.is_finite, communication.read_sensors,
             state.start_state, (laws.motor_time_constant, _PARAMETERS), (laws.input_delay, _PARAMETERS),
-            slave_base.check_length,
+            slave_base.check_substeps,
         ),
         PlantParameters,
         communication.PlantMemory,
@@ -83,7 +83,7 @@ DEFINITIONS = {
         (
             online.prepare, online.is_due, online.next_due, online.take_sample, online.begin_sampling,
             online.before_samples, online.default_settings, online.is_closed, adaptive_identifier.output_values,
-            adaptive_identifier.check_estimate, slave_base.check_due,
+            adaptive_identifier.check_estimate, slave_base.check_substeps,
             (online.IdentifierSettings.__post_init__, {"self": online.IdentifierSettings}),
         ),
         online.IdentifierSettings,
@@ -91,7 +91,7 @@ DEFINITIONS = {
     ),
     "PidController": Definition(
         ("pid.c",),
-        (control.pid_step, control.start_pid, control.step_references, motor.saturate),
+        (control.pid_step, control.start_pid, control.step_references, motor.saturate, slave_base.time_tolerance),
         control.PidSettings,
         control.PidState | None,
     ),
@@ -99,7 +99,7 @@ DEFINITIONS = {
         ("state_feedback.c",),
         (
             state_feedback.sample_and_hold, state_feedback.start_sampled_feedback, control.step_references,
-            motor.saturate,
+            motor.saturate, slave_base.time_tolerance,
         ),
         state_feedback.FeedbackSettings,
         state_feedback.SampledFeedback | None,
@@ -112,6 +112,6 @@ DEFINITIONS = {
         ),
         externals={excitation.phases: "phases"},
     ),
-    "LogPlayer": Definition(("player.c",)),  # its file is read in C
+    "LogPlayer": Definition(("player.c",), (slave_base.time_tolerance,)),  # its file is read in C
 }  # fmt: skip
 """By the unit's name."""

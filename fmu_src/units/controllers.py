@@ -11,9 +11,9 @@ from typing import ClassVar
 from heli_plant import control, state_feedback
 from heli_plant.motor import saturate
 
-from ..slave_base import SlaveBase
+from ..slave_base import SlaveBase, time_tolerance
 from ..variables import Variable, for_each, parameter, real_input, setting
-from .signals import ANGLE_INPUTS, AXES, ROTORS, TIME_TOLERANCE, VOLTAGE_BOUND, voltage_outputs
+from .signals import ANGLE_INPUTS, AXES, ROTORS, VOLTAGE_BOUND, voltage_outputs
 
 
 def controller_variables(*voltages_depend_on: str) -> tuple[Variable, ...]:
@@ -31,11 +31,11 @@ def controller_variables(*voltages_depend_on: str) -> tuple[Variable, ...]:
 class Controller(SlaveBase):
     """A sampled controller."""
 
-    def references_at(self, time: float) -> tuple[float, float, float]:
-        """Return the references of pitch, elevation and travel [rad] at ``time`` [s]."""
+    def references_at(self, since: float, early: float) -> tuple[float, float, float]:
+        """Return the references of pitch, elevation and travel [rad] at ``since`` [s]; a step may come ``early`` [s]."""
         pitch, elevation, travel, pitch_step, elevation_step, travel_step, step_time = self.values[7:14]
         references, steps = (pitch, elevation, travel), (pitch_step, elevation_step, travel_step)
-        return control.step_references(references, steps, time - self.start_time, step_time - TIME_TOLERANCE)
+        return control.step_references(references, steps, since, step_time - early)
 
 
 _PID = control.PidSettings()
@@ -70,7 +70,8 @@ class PidController(Controller):
         """Read the angles at ``time`` [s]; show the voltages of ``time + step_size``."""
         pitch, elevation, travel, more_front, more_rear = self.values[:5]
         state = control.start_pid(pitch, elevation, travel) if self.state is None else self.state
-        references = self.references_at(time)
+        since = time - self.start_time
+        references = self.references_at(since, time_tolerance(time, since, step_size))
         self.state, (front, rear) = control.pid_step(state, pitch, elevation, travel, references, step_size, self.pid)
         self._show(front + more_front, rear + more_rear)
 
@@ -149,10 +150,12 @@ class StateFeedback(Controller):
         """Read the angles at ``time`` [s]; show the voltages of ``time + step_size``."""
         s = self.feedback
         pitch, elevation, travel, more_front, more_rear = self.values[:5]
-        since, references = time - self.start_time, self.references_at(time)
+        since = time - self.start_time
+        early = time_tolerance(time, since, step_size)
         held = self.held
         if held is None:
             held = state_feedback.start_sampled_feedback(pitch, elevation, travel, s)
         angles, added = state_feedback.Angles(pitch, elevation, travel), state_feedback.Rotors(more_front, more_rear)
-        self.held = state_feedback.sample_and_hold(held, since, step_size, angles, references, added, s)
+        references = self.references_at(since, early)
+        self.held = state_feedback.sample_and_hold(held, since, step_size, early, angles, references, added, s)
         self.show((self.held.v_front, self.held.v_rear))

@@ -5,6 +5,7 @@
 #include <string.h>
 
 enum { MOST = 32 }; /* states, inputs and outputs of a model */
+#define TIME_TOLERANCE 1e-9 /* [s]; importers round the time of an event */
 
 /* Time since the start at which the laws are computed: before an event up to it, after the event from then on. */
 static double law_time(const Unit *unit)

@@ -57,7 +57,7 @@ static void advance(Model *model, Unit *unit, double time, double step)
     }
     Sampled sampled = model->sampled.value;
     const double due = identifier_next_due(&sampled, &model->plan);
-    slave_base_check_due(&unit->space, time - due, model->plan.settings.sample_time, time);
+    slave_base_check_substeps(&unit->space, time - due, model->plan.settings.sample_time, "sample.time", time);
     Row_IdentifierState_IdentifierOutput next;
     bool taken = false;
     for (; identifier_is_due(&sampled, time, &model->plan); taken = true) {

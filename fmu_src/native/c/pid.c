@@ -31,8 +31,9 @@ static void advance(Model *model, Unit *unit, double time, double step)
     const Row3 rises = {
         values[REF_reference_step_pitch].real, values[REF_reference_step_elevation].real,
         values[REF_reference_step_travel].real};
+    const double since = time - unit->start_time, early = slave_base_time_tolerance(time, since, step);
     const Row3 references = control_step_references(
-        given, rises, time - unit->start_time, values[REF_reference_step_time].real - TIME_TOLERANCE);
+        given, rises, since, values[REF_reference_step_time].real - early);
     const PidState state = model->state.some ? model->state.value : control_start_pid(pitch, elevation, travel);
     const Row_PidState_Row2 next = control_pid_step(
         &state, pitch, elevation, travel, references, step, &model->settings);

@@ -21,7 +21,7 @@ static void initialise(Model *model, Unit *unit)
 static void advance(Model *model, Unit *unit, double time, double step)
 {
     Value *values = unit->values;
-    const double since = time - unit->start_time;
+    const double since = time - unit->start_time, early = slave_base_time_tolerance(time, since, step);
     const Angles angles = {values[REF_pitch].real, values[REF_elevation].real, values[REF_travel].real};
     const Row3 given = {
         values[REF_reference_pitch].real, values[REF_reference_elevation].real, values[REF_reference_travel].real};
@@ -30,12 +30,12 @@ static void advance(Model *model, Unit *unit, double time, double step)
         values[REF_reference_step_pitch].real, values[REF_reference_step_elevation].real,
         values[REF_reference_step_travel].real};
     const Row3 references = control_step_references(
-        given, rises, since, values[REF_reference_step_time].real - TIME_TOLERANCE);
+        given, rises, since, values[REF_reference_step_time].real - early);
     const SampledFeedback held = model->held.some
         ? model->held.value
         : state_feedback_start_sampled_feedback(angles.pitch, angles.elevation, angles.travel, &model->settings);
     const SampledFeedback next = state_feedback_sample_and_hold(
-        &unit->space, &held, since, step, &angles, references, &added, &model->settings);
+        &unit->space, &held, since, step, early, &angles, references, &added, &model->settings);
     model->held = (Maybe_SampledFeedback){true, next};
     values[REF_v_front].real = next.v_front;
     values[REF_v_rear].real = next.v_rear;

@@ -10,8 +10,6 @@
 
 #include "memory.h"
 
-#define TIME_TOLERANCE 1e-9 /* [s]; communication points k H have rounding errors */
-
 typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status;
 typedef enum { REAL, INTEGER, BOOLEAN, STRING } Kind;
 typedef enum { INPUT, OUTPUT, PARAMETER, LOCAL } Causality;
