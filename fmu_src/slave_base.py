@@ -59,7 +59,7 @@ def time_tolerance(time: float, elapsed: float, step: float) -> float:
 
 
 def check_substeps(span: float, length: float, name: str, time: float) -> None:
-    """Refuse a step at ``time`` [s] if too many steps of ``length`` [s], the parameter ``name``, fit into ``span`` [s]."""
+    """Refuse a step at ``time`` [s] if too many of ``length`` [s], the parameter ``name``, fit into ``span`` [s]."""
     if span > MOST_SUBSTEPS * length:
         raise Refusal(
             f"{span / length:.3g} steps of {name} = {length:g} s are due at t = {time:g} s; at most {MOST_SUBSTEPS} "

@@ -32,7 +32,7 @@ class Controller(SlaveBase):
     """A sampled controller."""
 
     def references_at(self, since: float, early: float) -> tuple[float, float, float]:
-        """Return the references of pitch, elevation and travel [rad] at ``since`` [s]; a step may come ``early`` [s]."""
+        """Return the references of pitch, elevation and travel [rad]; their step may come ``early`` [s]."""
         pitch, elevation, travel, pitch_step, elevation_step, travel_step, step_time = self.values[7:14]
         references, steps = (pitch, elevation, travel), (pitch_step, elevation_step, travel_step)
         return control.step_references(references, steps, since, step_time - early)
