@@ -21,13 +21,15 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from math import inf
+from os import PathLike
 from pathlib import Path
+
+from msgspec import ValidationError, convert
 
 from heli_plant.errors import did_you_mean
 from heli_plant.observer import CORRECTED
 
-from .errors import BuildError, WiringError
+from .errors import BuildError, WiringError, check_mapping, is_positive, look_up
 from .units.signals import AXES, ROTORS
 from .variables import Value
 
@@ -63,9 +65,13 @@ class Scenario:
     """Whether the master waits before each step until it is due."""
 
     def __post_init__(self) -> None:
-        known = dict(self.units)
+        try:
+            known = dict(convert(self.units, tuple[tuple[str, str], ...]))
+            connections = convert(self.connections, tuple[Connection, ...])
+        except ValidationError as error:
+            raise WiringError(f"scenario {self.name}: units or connections have a wrong type: {error}") from error
         targets = set()
-        for wire in self.connections:
+        for wire in connections:
             for unit in (wire.source_unit, wire.target_unit):
                 if unit not in known:
                     problem = f"names the unit {unit!r}; its units are {', '.join(known)}"
@@ -75,13 +81,17 @@ class Scenario:
                 raise WiringError(f"scenario {self.name}: the input {'.'.join(target)} is connected twice")
             targets.add(target)
 
-    def parameters_by_unit(self, parameters: Mapping[str, Value]) -> dict[str, dict[str, Value]]:
+    def parameters_by_unit(self, *parameters: Mapping[str, Value]) -> dict[str, dict[str, Value]]:
         """Return the parameters for each unit: the scenario's, replaced by ``parameters`` (``unit.parameter``).
 
         WiringError names a unit that the scenario does not have.
         """
+        given = dict(self.parameters)
+        for more in parameters:
+            check_mapping("parameters", more)
+            given |= more
         by_unit: dict[str, dict[str, Value]] = {name: {} for name, _ in self.units}
-        for full_name, value in {**dict(self.parameters), **parameters}.items():
+        for full_name, value in given.items():
             unit, _, name = full_name.partition(".")
             if unit not in by_unit:
                 problem = f"scenario {self.name} has no unit {unit!r}{did_you_mean(unit, by_unit)}"
@@ -94,6 +104,7 @@ class Scenario:
 
         WiringError names a unit that the scenario does not have, BuildError a file that does not exist.
         """
+        check_mapping("fmus", fmus, (str, PathLike), "files")
         units = dict(self.units)
         for name, file in fmus.items():
             if name not in units:
@@ -198,18 +209,13 @@ SCENARIOS: dict[str, Scenario] = {
 
 def scenario(name: str | Scenario) -> Scenario:
     """Return a scenario by its name in :data:`SCENARIOS`, or raise WiringError; a Scenario is returned unchanged."""
-    if isinstance(name, Scenario):
-        return name
-    if name not in SCENARIOS:
-        known = ", ".join(SCENARIOS)
-        raise WiringError(f"no scenario is called {name!r}{did_you_mean(name, tuple(SCENARIOS))}; there are {known}")
-    return SCENARIOS[name]
+    return name if isinstance(name, Scenario) else look_up(SCENARIOS, name, "scenario", WiringError)
 
 
 def whole_steps(duration: float, step: float) -> int:
     """Return the whole number of communication steps of ``step`` [s] in ``duration`` [s], or raise WiringError."""
-    if not (0.0 < step < inf and step <= duration < inf):
-        raise WiringError(f"duration = {duration:g} s and step = {step:g} s: 0 < step <= duration is needed")
+    if not (is_positive(duration) and is_positive(step) and step <= duration):
+        raise WiringError(f"duration = {duration!r} s and step = {step!r} s: 0 < step <= duration is needed")
     if duration / step > MOST_STEPS:
         problem = f"duration = {duration:g} s is {duration / step:.3g} steps of {step:g} s"
         raise WiringError(f"{problem}, at most {MOST_STEPS:g} are run; take a shorter duration or a longer step")

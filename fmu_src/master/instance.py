@@ -13,7 +13,6 @@ import shutil
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from ctypes import byref, c_double, c_size_t, c_void_p, cast
-from numbers import Real
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote_to_bytes
@@ -30,14 +29,12 @@ from heli_identifier.files import check_zip
 from heli_plant.errors import did_you_mean
 
 from ..errors import MasterError
-from ..variables import TYPES, Value
+from ..variables import LARGEST, TYPES, Value, Variable, problem_with
 
 Array = NDArray[np.float64]
 
 WARNING = 1
 _STATUSES = ("ok", "warning", "discard", "error", "fatal", "pending")
-
-_TYPE_WORDS = {"Real": "a number", "Integer": "a whole number of 32 bits", "Boolean": "true or false", "String": "text"}
 
 _INSTANCES: dict[int, Instance] = {}  # by component environment: fmpy's logger proxy serves one callback per process
 
@@ -78,16 +75,6 @@ def unpack(name: str, fmu: Path, folder: Path) -> Any:
         reason = " ".join(str(error).split()) or type(error).__name__
         raise MasterError(f"the FMU of {name}, {fmu}, cannot be used: {reason[:300]}") from error
     return description
-
-
-def _fits(value: Any, kind: str) -> bool:
-    """Return whether a value can be converted to an FMI type without a change; its range is checked by the unit."""
-    is_number = isinstance(value, (Real, np.bool_))
-    if kind in ("Real", "String"):
-        return is_number if kind == "Real" else isinstance(value, str)
-    if kind == "Boolean":
-        return is_number and value in (True, False)
-    return is_number and -(2**31) <= value < 2**31 and value == int(value)
 
 
 class Instance:
@@ -165,10 +152,13 @@ class Instance:
         self._call("setupExperiment", start, self.slave.setupExperiment, startTime=start, stopTime=stop)
         for name, value in parameters.items():
             variable = self.variable(name, "parameter")
-            setter = getattr(self.slave, f"set{variable.type}")
-            if not _fits(value, variable.type):
-                raise MasterError(f"{self.name}.{name} = {value!r} must be {_TYPE_WORDS[variable.type]}")
-            self._call(f"set {name}", start, setter, [variable.valueReference], [TYPES[variable.type](value)])
+            kind = variable.type.replace("Enumeration", "Integer")
+            low, high = (-(2**31), 2**31 - 1) if kind == "Integer" else (-LARGEST, LARGEST)  # what FMI 2.0 can pass
+            full = Variable(f"{self.name}.{name}", "parameter", "", kind, minimum=low, maximum=high)
+            if problem := problem_with(full, value):
+                raise MasterError(problem)
+            setter = getattr(self.slave, f"set{kind}")
+            self._call(f"set {name}", start, setter, [variable.valueReference], [TYPES[kind](value)])
         self._call("enterInitializationMode", start, self.slave.enterInitializationMode)
 
     def finish_initialisation(self, start: float) -> None:

@@ -42,7 +42,8 @@ class Body:
         self.env: dict[str, Any] = {}  # values of the variables
         self.ended = False  # whether a return has ended the block
         for name, kind in self.parameters.items():
-            self.store(name, self.split_value(Expr(self, kind, f"(*{name})" if isinstance(kind, c.Struct) else name)))
+            is_struct = isinstance(kind, c.Struct)  # structs are handed over by their address
+            self.store(name, self.split_value(Expr(self, kind, f"*{name}" if is_struct else name, is_struct)))
 
     # Lines
 
@@ -114,8 +115,6 @@ class Body:
 
     def set_item(self, items: Any, index: Any, value: Any) -> None:
         """Set an element of a list."""
-        if not isinstance(type_of(items), c.Listing):
-            raise c.NoType(f"a value is put into {type_of(items).name}, which is no list")
         self.emit(f"{items.path('at')}[{self.index_text(items, index)}] = {self.as_type(value, items.type.item).bare};")
 
     def new_list(self, kind: c.CType, room: str) -> Expr:
@@ -123,13 +122,10 @@ class Body:
         self.needs_space = True
         return self.declare(kind, text=f"new_{kind.name}(space, {room})")
 
-    def append_item(self, items: Expr, value: Any) -> None:
+    def append_item(self, items: Any, value: Any) -> None:
         """Append a value to a list."""
         self.needs_space = True
-        if not isinstance(items.type, c.Listing):
-            raise c.NoType("append needs a list that is a variable of the same function")
-        item = self.as_type(value, items.type.item)
-        self.emit(f"push_{items.type.name}(space, &{items.code}, {item.bare});")
+        self.emit(f"push_{items.type.name}(space, &{items.code}, {self.as_type(value, items.type.item).bare});")
 
     # Conversions
 
@@ -148,9 +144,10 @@ class Body:
             parts = (value.value, value.slope) if isinstance(value, Dual) else (value, 0.0)
             return Expr(self, c.DUAL, f"(Dual){{{', '.join(self.as_type(part, c.FLOAT).bare for part in parts)}}}")
         if have in (c.BOOL, c.INT, c.FLOAT, c.TEXT) and not isinstance(value, Expr) and have in (target, c.BOOL, c.INT):
-            return Expr(self, target, literal(float(value) if target == c.FLOAT else value))
+            text = literal(float(value) if target == c.FLOAT else value)
+            return Expr(self, target, text, text.startswith("-"))
         if target in (c.INT, c.FLOAT) and have in (c.BOOL, c.INT):
-            return Expr(self, target, value.as_float or f"({target.name}){value.code}")
+            return Expr(self, target, value.as_float or f"({target.name}){value.code}", bool(value.as_float))
         items = known_items(value)
         if items is not None and isinstance(target, c.Row) and len(items) == len(target.items):
             inner = ", ".join(self.as_type(item, kind).bare for item, kind in zip(items, target.items, strict=True))

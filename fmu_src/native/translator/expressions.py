@@ -12,12 +12,12 @@ import inspect
 import operator
 from collections.abc import Callable, Sequence
 from functools import partial
-from types import FunctionType, ModuleType
+from types import FunctionType
 from typing import Any
 
 from .functions import REFUSED, STAGED
 from .types import NoType
-from .values import Expr, Maker, both, choose, compare, either, is_among, is_none, known_items, opposite
+from .values import Expr, both, choose, compare, either, is_among, is_none, known_items, opposite
 
 OPERATIONS: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
@@ -41,9 +41,11 @@ def evaluate(body: Any, node: ast.expr | None) -> Any:
             return body.env[name] if name in body.env else _stage_value(body, eval(name, body.function.__globals__))
         case ast.Attribute(owner, name):
             value = of(owner)
-            return _stage_value(body, getattr(value, name)) if isinstance(value, ModuleType) else getattr(value, name)
+            return getattr(value, name) if isinstance(value, Expr) else _stage_value(body, getattr(value, name))
         case ast.Call(function, positional, keywords):
             call, arguments = of(function), list[Any]()
+            if isinstance(call, type) and call.__module__ != "builtins":
+                call = partial(body.make_struct, call)
             for part in positional:
                 items = known_items(of(part)) if isinstance(part, ast.Starred) else [of(part)]
                 if items is None:
@@ -100,10 +102,11 @@ def _stage_value(body: Any, value: Any) -> Any:
         raise NoType(REFUSED[value])
     if value in STAGED:
         return partial(STAGED[value], body)
+    if getattr(value, "__name__", "") == "_make":  # of a NamedTuple
+        kind = value.__self__
+        return lambda values: body.make_struct(kind, *body.unpack(values, len(kind._fields)))
     function = inspect.unwrap(value)
-    if isinstance(function, FunctionType):
-        return partial(body.program.call, body, function)
-    return Maker(body, value) if isinstance(value, type) and value.__module__ != "builtins" else value
+    return partial(body.program.call, body, function) if isinstance(function, FunctionType) else value
 
 
 def _connect(body: Any, join: Callable[..., Any], nodes: Sequence[ast.expr]) -> Any:

@@ -32,9 +32,7 @@ def _mathematical(name: str) -> Callable[..., Expr]:
         x = arguments[0]
         if not isinstance(x, Dual):
             return Expr(body, FLOAT, f"{name}({', '.join(body.as_type(value, FLOAT).bare for value in arguments)})")
-        slope = SLOPES.get(getattr(math, name))
-        if slope is None:
-            raise NoType(f"the function {name} has no slope in heli_plant.dual")
+        slope = SLOPES[getattr(math, name)]
         value = body.name_value(translate(body, x.value))
         mathematics = SimpleNamespace(sin=partial(_mathematical("sin"), body), cos=partial(_mathematical("cos"), body))
         return Dual(value, slope(x.value, value, mathematics) * x.slope)
@@ -47,7 +45,7 @@ def _whole(name: str) -> Callable[..., Expr]:
 
     def translate(body: Body, x: Any) -> Expr:
         text = body.as_type(x.value if isinstance(x, Dual) else x, FLOAT).bare
-        return Expr(body, INT, f"(int64_t){name}({text})", f"({name}({text}) + 0.0)")
+        return Expr(body, INT, f"(int64_t){name}({text})", as_float=f"{name}({text}) + 0.0")
 
     return translate
 
@@ -55,8 +53,6 @@ def _whole(name: str) -> Callable[..., Expr]:
 def _abs(body: Body, x: Any) -> Any:
     if isinstance(x, Dual):
         return choose(body, compare(body, "<", x.value, 0.0), lambda: -x, lambda: x)
-    if type_of(unwrap(x)) == INT:
-        raise NoType("abs of an int has no translation")
     return _mathematical("fabs")(body, x)
 
 
@@ -98,7 +94,7 @@ def _range(body: Body, *bounds: Any) -> Any:
         return Run(stop.bare, lambda k: Expr(body, INT, k))
     start = body.name_value(body.as_type(first, INT)).code
     count = f"range_count({start}, {body.as_type(stop, INT).bare}, {step})"
-    return Run(count, lambda k: Expr(body, INT, f"({start} + {step} * {k})" if step != 1 else f"({start} + {k})"))
+    return Run(count, lambda k: Expr(body, INT, f"{start} + {step} * {k}" if step != 1 else f"{start} + {k}", True))
 
 
 def _zip(body: Body, *sequences: Any, strict: bool = False) -> Any:

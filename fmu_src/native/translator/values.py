@@ -21,25 +21,14 @@ from . import types as c
 
 
 class Expr:
-    """A typed expression in C; its ``code`` is in parentheses if it has an operator.
+    """A typed expression in C; ``code`` is ``bare``, in parentheses if that is an operation.
 
     ``as_float`` is the same number as a double, if Python's ``floor`` or ``round`` made an int of a double.
     """
 
-    __slots__ = ("as_float", "body", "code", "type")
-
-    def __init__(self, body: Any, kind: c.CType, code: str, as_float: str = "") -> None:
-        self.body, self.type, self.code, self.as_float = body, kind, code, as_float
-
-    @property
-    def bare(self) -> str:
-        """The code without outer parentheses, as on the right of an assignment."""
-        depth, last = 0, len(self.code) - 1
-        for place, letter in enumerate(self.code):
-            depth += (letter == "(") - (letter == ")")
-            if depth == 0:
-                return self.code[1:-1] if letter == ")" and place == last and place else self.code
-        return self.code
+    def __init__(self, body: Any, kind: c.CType, bare: str, is_operation: bool = False, as_float: str = "") -> None:
+        self.body, self.type, self.bare, self.as_float = body, kind, bare, as_float
+        self.code = f"({bare})" if is_operation else bare
 
     @property
     def is_simple(self) -> bool:
@@ -65,7 +54,7 @@ class Expr:
 
     def __neg__(self) -> Any:
         number = unwrap(self)
-        return Expr(self.body, c.join_types(number.type, c.INT), f"(-{number.code})")
+        return Expr(self.body, c.join_types(number.type, c.INT), f"-{number.code}", True)
 
 
 def _operator(symbol: str, is_swapped: bool = False) -> Callable[[Any, Any], Any]:
@@ -107,7 +96,7 @@ def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
         if (symbol, kind) not in _AS_PYTHON:
             raise c.NoType(f"{symbol} of {kind.name} has no translation; use floor(a / b)")
         return Expr(body, kind, f"{_AS_PYTHON[symbol, kind]}({left.bare}, {right.bare})")
-    return Expr(body, kind, f"({left.code} {symbol} {right.code})")
+    return Expr(body, kind, f"{left.code} {symbol} {right.code}", True)
 
 
 for _name, _symbol in dict(add="+", sub="-", mul="*", truediv="/", floordiv="//", mod="%", pow="**").items():
@@ -121,23 +110,6 @@ class Run:
 
     count: str
     at: Callable[[str], Any]
-
-
-@dataclass(frozen=True)
-class Maker:
-    """A class of the project; a call makes a struct."""
-
-    body: Any
-    kind: Any
-
-    def __call__(self, *values: Any, **fields: Any) -> Any:
-        """Make a struct."""
-        return self.body.make_struct(self.kind, *values, **fields)
-
-    def __getattr__(self, name: str) -> Any:
-        if name == "_make":
-            return lambda values: self(*self.body.unpack(values, len(c.fields(self.kind))))
-        return getattr(self.kind, name)
 
 
 def type_of(value: Any) -> c.CType:
@@ -171,8 +143,7 @@ def literal(value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, str):
         return quote(value)
-    text = {"inf": "INFINITY", "-inf": "(-INFINITY)", "nan": "NAN"}.get(repr(value), repr(value))
-    return f"({text})" if text.startswith("-") else text
+    return {"inf": "INFINITY", "-inf": "-INFINITY", "nan": "NAN"}.get(repr(value), repr(value))
 
 
 def quote(text: str) -> str:
@@ -192,10 +163,10 @@ def compare(body: Any, symbol: str, a: Any, b: Any) -> Any:
     kind = c.join_types(type_of(a), type_of(b))
     a, b = body.as_type(a, kind), body.as_type(b, kind)
     if kind == c.TEXT:
-        return Expr(body, c.BOOL, f"(strcmp({a.bare}, {b.bare}) {symbol} 0)")
+        return Expr(body, c.BOOL, f"strcmp({a.bare}, {b.bare}) {symbol} 0", True)
     if kind not in c.NUMBERS:
         raise c.NoType("only numbers and texts can be compared")
-    return Expr(body, c.BOOL, f"({a.code} {symbol} {b.code})")
+    return Expr(body, c.BOOL, f"{a.code} {symbol} {b.code}", True)
 
 
 def truth(body: Any, value: Any) -> Any:
@@ -203,7 +174,7 @@ def truth(body: Any, value: Any) -> Any:
     if not isinstance(value, Expr):
         return bool(value)
     if value.type in (c.INT, c.FLOAT):
-        return Expr(body, c.BOOL, f"({value.code} != 0)")
+        return Expr(body, c.BOOL, f"{value.code} != 0", True)
     if value.type != c.BOOL:
         raise c.NoType(f"{value.type.name} has no truth value in C")
     return value
@@ -212,7 +183,7 @@ def truth(body: Any, value: Any) -> Any:
 def opposite(body: Any, value: Any) -> Any:
     """Return ``not value``."""
     test = truth(body, value)
-    return Expr(body, c.BOOL, f"(!{test.code})") if isinstance(test, Expr) else not test
+    return Expr(body, c.BOOL, f"!{test.code}", True) if isinstance(test, Expr) else not test
 
 
 def both(body: Any, first: Any, second: Callable[[], Any]) -> Any:
@@ -228,7 +199,7 @@ def either(body: Any, first: Any, second: Callable[[], Any]) -> Any:
 def is_none(body: Any, value: Any) -> Any:
     """Return ``value is None``."""
     if isinstance(value, Expr) and isinstance(value.type, c.Maybe):
-        return Expr(body, c.BOOL, f"(!{value.path('some')})")
+        return Expr(body, c.BOOL, f"!{value.path('some')}", True)
     return value is None
 
 
@@ -255,10 +226,10 @@ def choose(body: Any, test: Any, yes: Callable[[], Any], no: Callable[[], Any]) 
         kind = c.join_types(*kinds)
         first, second = (body.as_type(value, kind).code for value in values)
         if kind == c.BOOL and second == "false":
-            return Expr(body, c.BOOL, f"({test.code} && {first})")
+            return Expr(body, c.BOOL, f"{test.code} && {first}", True)
         if kind == c.BOOL and first == "true":
-            return Expr(body, c.BOOL, f"({test.code} || {second})")
-        return Expr(body, kind, f"({test.code} ? {first} : {second})")
+            return Expr(body, c.BOOL, f"{test.code} || {second}", True)
+        return Expr(body, kind, f"{test.code} ? {first} : {second}", True)
     return emit_branches(body, test, blocks, [{"t": value} for value in values])["t"]  # type: ignore[index]
 
 
