@@ -51,4 +51,4 @@ def check_mapping(argument: str, value: Any, of: type | tuple[type, ...] = objec
 
 def is_positive(value: Any) -> bool:
     """Return whether a value is a positive finite number."""
-    return isinstance(value, Real) and 0.0 < value <= float_info.max
+    return isinstance(value, Real) and 0.0 < value <= float_info.max  # type: ignore[operator]

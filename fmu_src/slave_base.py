@@ -40,7 +40,7 @@ from .variables import TYPES, Value, Variable, problem_with, with_fields
 INSTANTIATED, INITIALISING, STEPPING, TERMINATED = "instantiated", "initialising", "stepping", "terminated"
 
 LONGEST_STEP = 1e9  # communication steps must be shorter [s], which also excludes infinity
-MOST_SUBSTEPS = 100_000  # within one communication step: some seconds of computation
+MOST_SUBSTEPS = 10_000  # within one communication step: some seconds of computation
 CLOCK_TOLERANCE = 1e-3  # share of a step by which a host may round its times
 ROUNDING = 2.0**-53  # largest relative error of a sum of two numbers
 _SETTABLE: dict[str, set[str]] = {STEPPING: {"input", "tunable"}, TERMINATED: set()}

@@ -130,7 +130,7 @@ def test_a_method_that_is_not_known_is_refused_with_the_reason_and_no_step_is_ta
     assert not unit.do_step(0.0, 0.01) and said in unit.log_queue[-1].msg
     unit = initialise(AdaptiveIdentifier)  # which takes its samples with the step after
     assert not (unit.do_step(0.0, 1e6) and unit.do_step(1e6, 0.01))
-    assert "at most 100000 are taken" in unit.log_queue[-1].msg
+    assert "at most 10000 are taken" in unit.log_queue[-1].msg
 
 
 HEADER = "time [s],v_front [V],v_rear [V],pitch [rad],elevation [rad],travel [rad]"

@@ -83,7 +83,7 @@ FILES = (
 RUNS = (
     Fault("a run of 1e12 s", nothing, "heli simulate open_loop -d 1e12", "at most 2e+07 are run"),
     Fault("a duration of NaN", nothing, "heli simulate open_loop -d nan", "0 < step <= duration is needed"),
-    Fault("a step of a week", nothing, "heli simulate open_loop -d 1e6 --step 1e6", "at most 100000 are taken"),
+    Fault("a step of a week", nothing, "heli simulate open_loop -d 1e6 --step 1e6", "at most 10000 are taken"),
     Fault("a scenario that there is not", nothing, "heli simulate close_loop", "no scenario is called 'close_loop'; did you mean 'closed_loop'"),
     Fault("a parameter of a unit that there is not", nothing, "heli simulate open_loop -s plnt.pitch.gain=1", "has no unit 'plnt'; did you mean 'plant'"),
     Fault("a parameter that does not fit the sampling", nothing, "heli simulate open_loop -s identifier.filter.frequency=90", "filter.frequency = 90.0 rad/s must lie in [0.001, 20] rad/s"),

@@ -61,12 +61,6 @@ static void advance(Model *model, Unit *unit, double time, double step)
     Row_IdentifierState_IdentifierOutput next;
     bool taken = false;
     for (; identifier_is_due(&sampled, time, &model->plan); taken = true) {
-        if (taken && unit_needs_compacting(unit)) {
-            unit_save_before_step(unit);
-            model->sampled.value = sampled;
-            unit_compact(unit);
-            sampled = model->sampled.value;
-        }
         next = identifier_take_sample(&unit->space, &sampled, time, now, &model->plan, references);
         sampled.state = next.x0;
     }

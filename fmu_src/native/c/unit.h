@@ -89,7 +89,6 @@ struct Unit {
     Space spare;     /* target of that memory when it is compacted */
     Space permanent; /* of values that the model computes once, from its parameters */
     size_t live;     /* bytes of the memory after it was last compacted */
-    void *before_step; /* the state before a long step in which the space is compacted */
     Refusal refusal;
     bool exchange; /* instantiated for model exchange */
     bool stale;    /* variables of model exchange have not been computed from state and time yet */
@@ -117,13 +116,7 @@ Status unit_log(Unit *unit, Status status, const char *format, ...);
 void unit_initialise(Unit *unit);
 Status unit_prepare(Unit *unit, const char *call);
 
-/* Copy the model's memory to the spare space, which becomes the space; this frees everything else in it. */
-bool unit_needs_compacting(const Unit *unit);
-void unit_compact(Unit *unit);
 void unit_swap_spaces(Unit *unit); /* exchange the space and the spare space */
-
-/* Save the state before the step, to restore it if the step is refused; a model calls this before it compacts. */
-void unit_save_before_step(Unit *unit);
 
 /* values.c: values by reference. A Boolean is 0 or 1. */
 Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value);
