@@ -120,13 +120,8 @@ def build(
     Returns
     -------
     Path
-        The FMU.
-
-    Raises
-    ------
-    BuildError
-        An unknown unit, parameter or FMI version, a bad value, an argument for native units without ``native``,
-        a source that an FMU must not contain, a unit that is not in C or has no model exchange, a compiler that fails.
+        The FMU. BuildError names an argument that is unknown, out of range or not for this unit, a source that an FMU
+        must not contain, or a compiler that fails.
     """
     options = {f"fmi={fmi}": fmi != 2, "all_platforms": all_platforms, "model_exchange": model_exchange}
     for name, given in options.items():

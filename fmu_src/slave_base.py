@@ -2,7 +2,6 @@
 
 * No exception leaves a callback: pythonfmu returns fmi2Fatal for it, and after the second one the next call is a
   segmentation fault. Every exception is caught and logged with its text, and a step is refused with fmi2Discard.
-  The reason of the first refused step is also written to the error stream.
 * NaN, infinities and values out of range are refused. ``fmi2SetReal`` of a pythonfmu unit can only return fmi2OK or
   fmi2Fatal; therefore a bad value is logged and ignored, and steps are refused until the variable has a good value.
 * Parameters are read when the initialisation ends. A fixed parameter that is set later is logged and ignored. Outputs
@@ -46,8 +45,6 @@ ROUNDING = 2.0**-53  # largest relative error of a sum of two numbers
 _SETTABLE: dict[str, set[str]] = {STEPPING: {"input", "tunable"}, TERMINATED: set()}
 """Causality or variability of variables that may be set in a phase; before these, inputs and parameters."""
 
-_WHOLE_UNIT = -1  # key of a refusal that belongs to no single variable
-
 
 def time_tolerance(time: float, elapsed: float, step: float) -> float:
     """Return how long [s] before its instant something is due at ``time``, ``elapsed`` since the start of the run.
@@ -75,7 +72,7 @@ class SlaveBase(Fmi2Slave):
     """Value references of the variables of each type."""
     _first_output: ClassVar[int] = 0
     real_inputs: ClassVar[dict[int, tuple[float, float]]] = {}  # bounds by reference; all inputs are Real
-    _build: ClassVar[str] = ""
+    _build: ClassVar[str] = ""  # in an FMU with a hash of its sources and start values
     hidden: ClassVar[Mapping[str, Any]] = {}
     """Type of each attribute that a step sets and a later one reads; it may also be None (:mod:`fmu_src.access`)."""
     summary: ClassVar[str] = ""
@@ -90,7 +87,7 @@ class SlaveBase(Fmi2Slave):
         cls.of_type = {kind: frozenset(k for k, v in enumerate(cls.variables) if v.type == kind) for kind in TYPES}
         cls._first_output = next((k for k, v in enumerate(cls.variables) if v.causality == "output"), 0)
         cls.real_inputs = {k: (v.minimum, v.maximum) for k, v in enumerate(cls.variables) if v.causality == "input"}
-        cls._build = f"{cls.__module__}.{cls.__qualname__}"  # in an FMU with a hash of its sources and start values
+        cls._build = f"{cls.__module__}.{cls.__qualname__}"
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
@@ -129,9 +126,7 @@ class SlaveBase(Fmi2Slave):
 
     # From instantiation to the first step, and the end
 
-    def setup_experiment(
-        self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
-    ) -> None:
+    def setup_experiment(self, start_time: float, *_: Any) -> None:
         """Store the start time [s]; it is fixed once the initialisation has begun."""
         if self.phase == INSTANTIATED and isfinite(start_time):
             self.start_time = start_time
@@ -152,7 +147,7 @@ class SlaveBase(Fmi2Slave):
             self.prepare()
         except BaseException as problem:
             self.report("exitInitializationMode", problem)
-            self.refused[_WHOLE_UNIT] = f"{problem} (the initialisation failed; reset the unit)"
+            self.refused[-1] = f"{problem} (the initialisation failed; reset the unit)"  # of no single variable
         self._enter_phase(STEPPING)
 
     def terminate(self) -> None:
@@ -242,8 +237,7 @@ class SlaveBase(Fmi2Slave):
     def _get_fmu_state(self) -> dict[str, Any]:
         try:
             if not self.saves_state:
-                reason = "what it hears cannot be sent again"
-                raise Refusal(f"the state of a {type(self).__name__} cannot be saved: {reason}")
+                raise Refusal("the state of this unit cannot be saved: what it hears cannot be sent again")
             if self.outdated:
                 self.prepare()
             return {
@@ -289,8 +283,7 @@ class SlaveBase(Fmi2Slave):
     def report(self, call: str, problem: BaseException) -> None:
         """Log a problem in ``call``: a refusal of the project by its text, any other exception with its traceback.
 
-        Some hosts take a refused step for the end of the run and show no log: the first reason also goes to the error
-        stream.
+        Some hosts show no log, so the reason of the first refused step also goes to the error stream.
         """
         text, status = f"{call}: {problem}", Fmi2Status.discard
         if not isinstance(problem, (Refusal, IdentifierError, PlantError)):

@@ -40,23 +40,10 @@ def write_ssp(
     duration: float = 90.0,
     native: bool = False,
 ) -> Path:
-    """Write a scenario as a flat .ssp; the same arguments give the same bytes.
+    """Write a scenario as a flat .ssp, complete or not at all; the same arguments give the same bytes.
 
-    Parameters
-    ----------
-    scenario_name, parameters, fmus
-        As for :func:`fmu_src.master.run`.
-    path : path
-        The .ssp file; it appears complete or not at all.
-    duration : float
-        Stop time of the default experiment [s].
-    native : bool
-        Build units in C instead of Python.
-
-    Raises
-    ------
-    WiringError, BuildError
-        An unknown scenario, unit or parameter, a value out of range, an endless duration, a missing FMU.
+    Scenario, parameters, FMUs and ``native`` are those of :func:`fmu_src.master.run`; ``duration`` is the stop time of
+    the default experiment [s]. WiringError or BuildError names what is unknown, missing or out of range.
     """
     if not is_positive(duration):
         raise BuildError(f"duration = {duration!r} s must be positive and finite.")

@@ -76,13 +76,8 @@ def run(
     Returns
     -------
     Result
-        N = duration/step + 1 rows.
-
-    Raises
-    ------
-    WiringError, MasterError, BuildError
-        An unknown name, a value that a unit refuses, a status worse than a warning: with unit, call and time; every
-        varied run is refused.
+        N = duration/step + 1 rows. WiringError or BuildError names an argument that does not fit, MasterError a unit
+        that refuses a call, with call and time.
     """
     wiring = scenario(scenario_name)
     steps, parameters = whole_steps(duration, step), parameters or {}
@@ -104,8 +99,8 @@ def run(
             """Fill ``values``; return the wall time of the steps [s]."""
             values[0] = wired.start(by_unit, steps * step)
             start_time, stride = perf_counter(), 1 if wiring.in_real_time else STRIDE
-            bar = Console(stderr=True)
-            for first in track(range(0, steps, stride), wiring.title, console=bar, disable=not progress):
+            blocks = range(0, steps, stride)
+            for first in track(blocks, wiring.title, console=Console(stderr=True)) if progress else blocks:
                 if wiring.in_real_time:
                     _wait_until(start_time + first * step)
                 restart_watchdogs()

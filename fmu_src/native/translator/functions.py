@@ -17,7 +17,7 @@ from typing import Any
 from heli_plant.dual import SLOPES, Dual
 
 from .body import Body
-from .types import BOOL, FLOAT, INT, NoType, join_types
+from .types import BOOL, FLOAT, INT, join_types
 from .values import Expr, Run, choose, compare, known_items, type_of, unwrap
 
 _MATHEMATICS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log2 sqrt copysign".split()
@@ -88,12 +88,11 @@ def _range(body: Body, *bounds: Any) -> Any:
     if all(isinstance(bound, int) for bound in bounds):
         return tuple(range(*bounds))
     first, stop, step = bounds if len(bounds) == 3 else (*((0, *bounds) if len(bounds) == 1 else bounds), 1)
-    if not isinstance(step, int) or {type_of(first), type_of(stop)} != {INT}:
-        raise NoType("range needs ints, and a step that is written out")
+    last = body.as_type(stop, INT).bare
     if not isinstance(first, Expr) and (first, step) == (0, 1):
-        return Run(stop.bare, lambda k: Expr(body, INT, k))
+        return Run(last, lambda k: Expr(body, INT, k))
     start = body.name_value(body.as_type(first, INT)).code
-    count = f"range_count({start}, {body.as_type(stop, INT).bare}, {step})"
+    count = f"range_count({start}, {last}, {step})"  # the step is written out
     return Run(count, lambda k: Expr(body, INT, f"{start} + {step} * {k}" if step != 1 else f"{start} + {k}", True))
 
 
