@@ -9,7 +9,6 @@ from typing import Any
 from heli_identifier import online
 from heli_identifier.online import excitation
 from heli_plant import communication, control, laws, motor, plant, state, state_feedback
-from heli_plant.dual import Dual
 from heli_plant.parameters import PlantParameters
 
 from .. import slave_base
@@ -21,7 +20,7 @@ from ..variables import Variable
 class Exchange:
     """Model Exchange of a unit."""
 
-    file: str  # in C; it connects the translated functions with states, rates and slopes
+    file: str  # in C; it connects the translated functions with states and rates
     entries: tuple[Any, ...]  # functions that it calls, as in Definition
     states: tuple[tuple[str, str, float], ...]  # name, unit and nominal value of each continuous state
 
@@ -51,20 +50,12 @@ class Definition:
 
 
 _PARAMETERS = {"p": PlantParameters}
-_MOTION = dict.fromkeys(("th", "ep", "la", "w1", "w2", "w3", "q", "w_q"), Dual)
 _PLANT_EXCHANGE = Exchange(
     "plant_exchange.c",
-    (
-        plant.rates_of_change, (laws.next_step_time, {"time": float} | _PARAMETERS),
-        (
-            plant.rates_of_change,
-            _MOTION | dict.fromkeys(("nu_front", "nu_rear", "v_front", "v_rear", "mass_position"), Dual),
-        ),
-        (plant.measured_motion, _MOTION),
-    ),
+    (plant.rates_of_change, (laws.next_step_time, {"time": float} | _PARAMETERS)),
     plant.STATES,
 )  # fmt: skip
-"""HelicopterPlant as a differential equation, with slopes by states and continuous inputs."""
+"""HelicopterPlant as a differential equation."""
 
 DEFINITIONS = {
     "HelicopterPlant": Definition(

@@ -38,10 +38,6 @@ PASS(SetupExperiment, (
 PASS(DoStep, (Instance unit, double time, double step, fmi2Boolean no_earlier_state), unit_step, unit, time, step)
 PASS(EnterInitializationMode, (Instance unit), unit_enter_initialisation, unit)
 PASS(GetDerivatives, (Instance unit, double rates[], size_t count), exchange_get_rates, unit, rates, count)
-PASS(GetDirectionalDerivative, (
-         Instance unit, const fmi2ValueReference unknown[], size_t unknowns, const fmi2ValueReference known[],
-         size_t knowns, const double seed[], double sensitivity[]),
-     exchange_slopes, unit, unknown, unknowns, known, knowns, seed, sensitivity)
 NUMBERS(Real, REAL)
 NUMBERS(Integer, INTEGER)
 NUMBERS(Boolean, BOOLEAN)
@@ -54,6 +50,8 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component unit, fmi2EventInfo *info)
     return (fmi2Status)status;
 }
 
+ABSENT(GetDirectionalDerivative, const fmi2ValueReference unknown[], size_t unknowns, const fmi2ValueReference known[],
+       size_t knowns, const fmi2Real seed[], fmi2Real sensitivity[])
 ABSENT(SetRealInputDerivatives, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[], const fmi2Real x[])
 ABSENT(GetRealOutputDerivatives, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[], fmi2Real x[])
 ABSENT_WITH(CancelStep, (Instance unit))

@@ -47,21 +47,15 @@ extern const ModelFunctions MODEL;
 
 /* Functions of a model for Model Exchange, in which the importer integrates its states; NULL in other units.
  *
- * The variables of the states begin at ``first_state``, followed by those of their derivatives. Continuous inputs are
- * the first variables of the unit. There are only events in time: no law steps with the state, and the solver handles
- * corners.
+ * The variables of the states begin at ``first_state``, followed by those of their derivatives. There are only events
+ * in time: no law steps with the state, and the solver handles corners.
  */
 typedef struct {
-    size_t states, inputs, outputs;   /* their numbers */
-    size_t first_state, first_output; /* their value references */
+    size_t states, first_state; /* their number, the first value reference */
     void (*begin)(Model *model, Unit *unit); /* may refuse */
     double *(*state)(Model *model);
     void (*rates)(const Model *model, const Unit *unit, double time, double rates[]);
     void (*show)(const Model *model, Unit *unit);
-    /* Slopes of rates and outputs in the direction of ``states`` and ``inputs``, at ``time`` since the start. */
-    void (*slopes)(
-        const Model *model, const Unit *unit, double time, const double states[], const double inputs[],
-        double rates[], double outputs[]);
     double (*next_event)(const Model *model, double time); /* since the start; infinity if there is none */
 } Exchange;
 extern const Exchange *const EXCHANGE;
@@ -151,10 +145,5 @@ Status exchange_get_nominals(Unit *unit, double nominals[], size_t count);
 
 /* Pass a due event; return the time of the next one, or infinity. */
 Status exchange_update(Unit *unit, double *next);
-
-/* Product of the Jacobian with a seed: of derivatives and outputs by states and continuous inputs. */
-Status exchange_slopes(
-    Unit *unit, const uint32_t unknowns[], size_t unknown_count, const uint32_t knowns[], size_t known_count,
-    const double seed[], double sensitivity[]);
 
 #endif

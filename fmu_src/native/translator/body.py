@@ -16,8 +16,6 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, NoReturn
 
-from heli_plant.dual import Dual
-
 from ...errors import Untranslatable
 from . import types as c
 from .values import Expr, Run, known_items, literal, type_of, unwrap
@@ -89,9 +87,7 @@ class Body:
         return variable
 
     def split_value(self, value: Expr) -> Any:
-        """Return a tuple of known length as a tuple of its elements, and a dual number as a Dual of its parts."""
-        if value.type == c.DUAL:
-            return Dual(Expr(self, c.FLOAT, value.path("value")), Expr(self, c.FLOAT, value.path("slope")))
+        """Return a tuple of known length as a tuple of its elements."""
         if not isinstance(value.type, c.Row):
             return value
         return tuple(self.split_value(Expr(self, kind, value.path(f"x{i}"))) for i, kind in enumerate(value.type.items))
@@ -100,8 +96,6 @@ class Body:
         """Return ``value`` in a form that can be used several times: a variable if it is more than a name."""
         if isinstance(value, tuple | list) and not hasattr(value, "_fields"):
             return type(value)(self.name_value(item, name) for item in value)
-        if isinstance(value, Dual):
-            return Dual(self.name_value(value.value, name), self.name_value(value.slope, name))
         if not isinstance(value, Expr) or value.is_simple:
             return value
         return self.declare(value.type, name, value.bare)
@@ -140,9 +134,6 @@ class Body:
             return Expr(self, target, f"({target.name}){{{inner}}}")
         if isinstance(have, c.Maybe):
             return self.as_type(unwrap(value), target)
-        if target == c.DUAL:
-            parts = (value.value, value.slope) if isinstance(value, Dual) else (value, 0.0)
-            return Expr(self, c.DUAL, f"(Dual){{{', '.join(self.as_type(part, c.FLOAT).bare for part in parts)}}}")
         if have in (c.BOOL, c.INT, c.FLOAT, c.TEXT) and not isinstance(value, Expr) and have in (target, c.BOOL, c.INT):
             text = literal(float(value) if target == c.FLOAT else value)
             return Expr(self, target, text, text.startswith("-"))

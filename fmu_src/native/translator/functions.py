@@ -10,15 +10,11 @@ import dataclasses
 import functools
 import math
 from collections.abc import Callable
-from functools import partial
-from types import SimpleNamespace
 from typing import Any
-
-from heli_plant.dual import SLOPES, Dual
 
 from .body import Body
 from .types import BOOL, FLOAT, INT, join_types
-from .values import Expr, Run, choose, compare, known_items, type_of, unwrap
+from .values import Expr, Run, known_items, type_of, unwrap
 
 _MATHEMATICS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log2 sqrt copysign".split()
 REFUSED: dict[Any, str] = {
@@ -28,32 +24,20 @@ REFUSED: dict[Any, str] = {
 
 
 def _mathematical(name: str) -> Callable[..., Expr]:
-    def translate(body: Body, *arguments: Any) -> Any:
-        x = arguments[0]
-        if not isinstance(x, Dual):
-            return Expr(body, FLOAT, f"{name}({', '.join(body.as_type(value, FLOAT).bare for value in arguments)})")
-        slope = SLOPES[getattr(math, name)]
-        value = body.name_value(translate(body, x.value))
-        mathematics = SimpleNamespace(sin=partial(_mathematical("sin"), body), cos=partial(_mathematical("cos"), body))
-        return Dual(value, slope(x.value, value, mathematics) * x.slope)
+    def translate(body: Body, *arguments: Any) -> Expr:
+        return Expr(body, FLOAT, f"{name}({', '.join(body.as_type(value, FLOAT).bare for value in arguments)})")
 
     return translate
 
 
 def _whole(name: str) -> Callable[..., Expr]:
-    """Return the translation of ``floor``, ``ceil`` or ``round``: an int, which has no minus zero and no slope."""
+    """Return the translation of ``floor``, ``ceil`` or ``round``: an int, which has no minus zero."""
 
     def translate(body: Body, x: Any) -> Expr:
-        text = body.as_type(x.value if isinstance(x, Dual) else x, FLOAT).bare
+        text = body.as_type(x, FLOAT).bare
         return Expr(body, INT, f"(int64_t){name}({text})", as_float=f"{name}({text}) + 0.0")
 
     return translate
-
-
-def _abs(body: Body, x: Any) -> Any:
-    if isinstance(x, Dual):
-        return choose(body, compare(body, "<", x.value, 0.0), lambda: -x, lambda: x)
-    return _mathematical("fabs")(body, x)
 
 
 def _extreme(name: str) -> Callable[..., Any]:
@@ -139,7 +123,7 @@ STAGED: dict[Any, Callable[..., Any]] = {
     math.ceil: _whole("ceil"),
     round: _whole("rint"),
     math.isfinite: lambda body, x: Expr(body, BOOL, f"isfinite({body.as_type(x, FLOAT).bare})"),
-    abs: _abs,
+    abs: _mathematical("fabs"),
     float: lambda body, x: body.as_type(x, FLOAT),
     max: _extreme("max"),
     min: _extreme("min"),

@@ -52,8 +52,7 @@ class Translation:
             parameters = dict(zip(inspect.signature(function).parameters, arguments, strict=True))
             for kind in arguments:
                 self.define_type(kind)
-            result = None if c.DUAL in arguments else c.annotation(function, "return")
-            body = Body(self, self._name(function, c.DUAL in arguments), function, parameters, result)
+            body = Body(self, self._name(function), function, parameters, c.annotation(function, "return"))
             if function in self.externals:
                 body.name, body.needs_space, body.is_external = self.externals[function], True, True
                 self.define_type(body.result)
@@ -69,10 +68,7 @@ class Translation:
         bound.apply_defaults()
         values = []
         for value, annotated in zip(bound.arguments.values(), c.parameter_types(function).values(), strict=True):
-            kind = type_of(value)
-            if annotated is not None and (kind, annotated) != (c.DUAL, c.FLOAT):
-                kind = annotated
-            values.append(body.as_type(value, kind))
+            values.append(body.as_type(value, annotated or type_of(value)))
         called = self.translate_function(function, tuple(map(type_of, values)))
         body.needs_space = body.needs_space or called.needs_space
         texts = ["space"] if called.needs_space else []
@@ -84,10 +80,10 @@ class Translation:
             return body.split_value(body.declare(called.result, function.__name__.strip("_"), text))
         return body.emit(f"{text};")
 
-    def _name(self, function: Any, differentiated: bool) -> str:
+    def _name(self, function: Any) -> str:
         """Return a new name in C, of module and function."""
         function_name = re.sub(r"\W+|__+", "_", function.__qualname__).strip("_")
-        name = f"{function.__module__.rpartition('.')[2]}_{function_name}{'_dual' if differentiated else ''}"
+        name = f"{function.__module__.rpartition('.')[2]}_{function_name}"
         self.names[name] += 1
         return name if self.names[name] == 1 else f"{name}_{self.names[name]}"
 

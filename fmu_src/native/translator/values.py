@@ -15,8 +15,6 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from heli_plant.dual import Dual
-
 from . import types as c
 
 
@@ -59,8 +57,6 @@ class Expr:
 
 def _operator(symbol: str, is_swapped: bool = False) -> Callable[[Any, Any], Any]:
     def apply(self: Expr, other: Any) -> Any:
-        if isinstance(other, Dual):
-            return NotImplemented
         return arithmetic(self.body, symbol, *((other, self) if is_swapped else (self, other)))
 
     return apply
@@ -116,8 +112,6 @@ def type_of(value: Any) -> c.CType:
     """Return the type in C of a value, or raise NoType."""
     if isinstance(value, Expr):
         return value.type
-    if isinstance(value, Dual):
-        return c.DUAL
     if hasattr(value, "_fields"):
         return c.Struct(type(value))
     if isinstance(value, tuple | list):
@@ -152,14 +146,8 @@ def quote(text: str) -> str:
 
 
 def compare(body: Any, symbol: str, a: Any, b: Any) -> Any:
-    """Return the comparison of two numbers or texts; equal dual numbers also have equal slopes."""
+    """Return the comparison of two numbers or texts."""
     a, b = unwrap(a), unwrap(b)
-    if isinstance(a, Dual) or isinstance(b, Dual):
-        a, b = (x if isinstance(x, Dual) else Dual(x, 0.0) for x in (a, b))
-        if symbol == "!=":
-            return opposite(body, compare(body, "==", a, b))
-        test = compare(body, symbol, a.value, b.value)
-        return both(body, test, lambda: compare(body, "==", a.slope, b.slope)) if symbol == "==" else test
     kind = c.join_types(type_of(a), type_of(b))
     a, b = body.as_type(a, kind), body.as_type(b, kind)
     if kind == c.TEXT:
@@ -257,10 +245,6 @@ def _merge_branches(body: Any, name: str, a: Any, b: Any, blocks: tuple[list[str
         return a
     if isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b) and not hasattr(a, "_fields"):
         return tuple(_merge_branches(body, name, *pair, blocks) for pair in zip(a, b, strict=True))
-    if isinstance(a, Dual) or isinstance(b, Dual):
-        a, b = (x if isinstance(x, Dual) else Dual(x, 0.0) for x in (a, b))
-        value = _merge_branches(body, name, a.value, b.value, blocks)
-        return Dual(value, _merge_branches(body, name, a.slope, b.slope, blocks))
     kind = c.join_types(type_of(a), type_of(b))
     variable = body.declare(kind, name)
     for lines, value in zip(blocks, (a, b), strict=True):
