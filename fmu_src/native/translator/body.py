@@ -1,8 +1,7 @@
 """One function in translation: its lines, its variables, conversions of its values, its loops and its lists.
 
 Every assignment makes a new variable in C. A variable that both branches set, or that a loop sets again, becomes one
-variable to which both assign. To find the type of the result, the function is translated again until it does not
-change.
+variable to which both assign.
 """
 
 from __future__ import annotations
@@ -28,20 +27,13 @@ class Body:
         self, program: Any, name: str, function: FunctionType, parameters: dict[str, c.CType], returns: c.CType | None
     ) -> None:
         self.program, self.name, self.function = program, name, function
-        self.parameters, self.annotated_result = parameters, returns
-        self.result: c.CType = returns or c.UNKNOWN  # type of the result, as far as it is known
+        self.parameters, self.result = parameters, returns or c.UNKNOWN
         self.changed_lists: set[str] = set()  # variables of which an element is changed, or to which one is appended
         self.needs_space = self.is_external = False
-
-    def begin(self) -> None:
-        """Begin a translation."""
         self.lines: list[str] = []
         self.depth, self.count = 1, 0
         self.env: dict[str, Any] = {}  # values of the variables
         self.ended = False  # whether a return has ended the block
-        for name, kind in self.parameters.items():
-            is_struct = isinstance(kind, c.Struct)  # structs are handed over by their address
-            self.store(name, self.split_value(Expr(self, kind, f"*{name}" if is_struct else name, is_struct)))
 
     # Lines
 

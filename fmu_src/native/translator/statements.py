@@ -10,22 +10,19 @@ from typing import Any
 
 from .body import Body
 from .expressions import OPERATIONS, assign, evaluate
-from .types import BOOL, FLOAT, INT, NOTHING, TEXT, UNKNOWN, NoType, annotation_type, join_types
+from .types import BOOL, FLOAT, INT, NOTHING, TEXT, UNKNOWN, NoType, Struct, annotation_type
 from .values import Expr, emit_branches, opposite, quote, truth, type_of, unwrap
 
 
 def translate(body: Body) -> None:
-    """Translate a function; if its results have several types, translate it again for the joined type."""
+    """Translate a function; the type of its result is that of its annotation, or of the first ``return``."""
     tree = ast.parse(dedent(inspect.getsource(body.function))).body[0]
     assert isinstance(tree, ast.FunctionDef)
     body.changed_lists = set(_changed_in_place(tree))
-    last_result: Any = None
-    while body.result != last_result:
-        last_result = body.result
-        body.begin()
-        translate_block(body, tree.body)
-        if body.result == UNKNOWN:
-            body.result = NOTHING
+    for name, kind in body.parameters.items():
+        is_struct = isinstance(kind, Struct)  # structs are handed over by their address
+        body.store(name, body.split_value(Expr(body, kind, f"*{name}" if is_struct else name, is_struct)))
+    translate_block(body, tree.body)
 
 
 def _changed_in_place(definition: ast.AST) -> Iterable[str]:
@@ -77,7 +74,8 @@ def _translate(body: Body, node: ast.stmt) -> None:
             _repeat_for(body, node)
         case ast.Return(expression):
             value = evaluate(body, expression)
-            body.result = body.annotated_result or join_types(body.result, type_of(value))
+            if body.result == UNKNOWN:
+                body.result = type_of(value)
             body.program.define_type(body.result)
             body.emit("return;" if body.result == NOTHING else f"return {body.as_type(value, body.result).bare};")
             body.ended = True
