@@ -1,7 +1,6 @@
 """The master: its results are those of the library, its delays those of the wiring table, its errors name the place."""
 
 import tempfile
-from contextlib import nullcontext
 from dataclasses import replace
 from unittest.mock import Mock
 
@@ -186,14 +185,10 @@ def test_a_unit_that_refuses_to_terminate_costs_neither_results_nor_the_reason_o
         run("open_loop", 0.1, H, {"plant.pitch.gain": 60.0}, files)
 
 
-@pytest.mark.parametrize("name", ["ü%# [1]", "a%20b"])
-def test_units_run_below_any_folder_but_one_whose_name_they_misread(tmp_path, monkeypatch, name):
-    """A library of pythonfmu undoes %20 of a path and nothing else."""
-    (tmp_path / name).mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / name))
-    said = pytest.raises(MasterError, match="set TMPDIR to another folder")
-    with said if "%20" in name else nullcontext():
-        assert run_apart("open_loop", 0.1, H).values.shape[0] > 1
+def test_units_run_below_a_folder_of_any_name(tmp_path, monkeypatch):
+    (tmp_path / "ü%# [1]").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "ü%# [1]"))
+    assert run_apart("open_loop", 0.1, H).values.shape[0] > 1
 
 
 def test_files_of_the_working_folder_are_not_taken_for_modules(ran, tmp_path, monkeypatch):

@@ -96,7 +96,11 @@ class Instance:
             )  # fmt: skip
             self.play = getattr(self.slave.dll, "heli_play", None)  # the loop in C, of native units of this project
             if (folder / "resources" / "slavemodule.txt").is_file():
-                self._pass_plain_resource_path()
+                # a plain path for a pythonfmu unit: of a URI it would decode %20 alone, and crash on ü or #
+                call = self.slave.fmi2Instantiate
+                self.slave.fmi2Instantiate = lambda name, kind, guid, resources, *rest: call(
+                    name, kind, guid, unquote_to_bytes(resources), *rest
+                )
             memory = defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory
             callbacks = fmi2CallbackFunctions(_LOGGER, *memory, componentEnvironment=id(self))
             addLoggerProxy(byref(callbacks))
@@ -104,16 +108,6 @@ class Instance:
         except BaseException:
             self.close()
             raise
-
-    def _pass_plain_resource_path(self) -> None:
-        """Pass a pythonfmu unit a plain path: of a URI it would decode %20 alone, and crash on ü or #."""
-        if "%20" in self.folder:
-            problem = f"{self.name} cannot be unpacked into {self.folder}: its library takes %20 in a path for a blank"
-            raise MasterError(f"{problem}; set TMPDIR to another folder")
-        call = self.slave.fmi2Instantiate
-        self.slave.fmi2Instantiate = lambda name, kind, guid, resources, *rest: call(
-            name, kind, guid, unquote_to_bytes(resources), *rest
-        )
 
     def check(self, call: str, time: float, status: int = 0) -> None:
         """Raise MasterError if the status of ``call`` at ``time`` [s], or one in the log, is worse than a warning."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from heli_identifier import online
@@ -16,16 +16,19 @@ from ..units import adaptive_identifier
 from ..variables import Variable
 
 
-@dataclass(frozen=True)
-class Exchange:
-    """Model Exchange of a unit."""
+@dataclass(frozen=True, eq=False)
+class Definition:
+    """A unit in C."""
 
-    file: str  # in C; it connects the translated functions with states and rates
-    entries: tuple[Any, ...]  # functions that it calls, as in Definition
-    states: tuple[tuple[str, str, float], ...]  # name, unit and nominal value of each continuous state
+    files: tuple[str, ...]  # in C; the first connects the translated functions with the unit's variables
+    entries: tuple[Any, ...] = ()  # functions that it calls; in a tuple with types that replace or add annotations
+    settings: type | None = None  # struct that is filled from the variables that name a field of it
+    memory: Any = type(None)  # annotation of the unit's memory between steps
+    externals: Mapping[Callable[..., Any], str] = field(default_factory=dict)  # names in C of functions by hand
+    states: tuple[tuple[str, str, float], ...] = ()  # of Model Exchange: name, unit and nominal value of each
 
     @property
-    def variables(self) -> tuple[Variable, ...]:
+    def state_variables(self) -> tuple[Variable, ...]:
         """The states, which follow the unit's variables, and then their derivatives."""
         states = tuple(
             Variable(f"state.{name}", "local", f"continuous state: {name.replace('_', ' ')}", unit=unit, nominal=size)
@@ -37,38 +40,20 @@ class Exchange:
         )
 
 
-@dataclass(frozen=True)
-class Definition:
-    """A unit in C."""
-
-    files: tuple[str, ...]  # in C; the first connects the translated functions with the unit's variables
-    entries: tuple[Any, ...] = ()  # functions that it calls; in a tuple with types that replace or add annotations
-    settings: type | None = None  # struct that is filled from the variables that name a field of it
-    memory: Any = type(None)  # annotation of the unit's memory between steps
-    externals: Mapping[Callable[..., Any], str] = field(default_factory=dict)  # names in C of functions by hand
-    exchange: Exchange | None = None
-
-
 _PARAMETERS = {"p": PlantParameters}
-_PLANT_EXCHANGE = Exchange(
-    "plant_exchange.c",
-    (plant.rates_of_change, (laws.next_step_time, {"time": float} | _PARAMETERS)),
-    plant.STATES,
+_PLANT = Definition(
+    ("plant.c", "plant.h"),
+    (
+        communication.start_memory, communication.communicate, communication.is_finite, communication.read_sensors,
+        state.start_state, (laws.motor_time_constant, _PARAMETERS), (laws.input_delay, _PARAMETERS),
+        slave_base.check_substeps,
+    ),
+    PlantParameters,
+    communication.PlantMemory,
 )  # fmt: skip
-"""HelicopterPlant as a differential equation."""
 
 DEFINITIONS = {
-    "HelicopterPlant": Definition(
-        ("plant.c", "plant.h"),
-        (
-            communication.start_memory, communication.communicate, communication.is_finite, communication.read_sensors,
-            state.start_state, (laws.motor_time_constant, _PARAMETERS), (laws.input_delay, _PARAMETERS),
-            slave_base.check_substeps,
-        ),
-        PlantParameters,
-        communication.PlantMemory,
-        exchange=_PLANT_EXCHANGE,
-    ),
+    "HelicopterPlant": _PLANT,
     "AdaptiveIdentifier": Definition(
         ("identifier.c",),
         (
@@ -106,3 +91,13 @@ DEFINITIONS = {
     "LogPlayer": Definition(("player.c",), (slave_base.time_tolerance,)),  # its file is read in C
 }  # fmt: skip
 """By the unit's name."""
+
+MODEL_EXCHANGE = {
+    "HelicopterPlant": replace(
+        _PLANT,
+        files=(*_PLANT.files, "plant_exchange.c"),
+        entries=(*_PLANT.entries, plant.rates_of_change, (laws.next_step_time, {"time": float} | _PARAMETERS)),
+        states=plant.STATES,
+    ),
+}
+"""Units that have Model Exchange beside co-simulation; their last file connects states, rates and events."""
