@@ -18,7 +18,7 @@ from typing import Any
 from ...description import render
 from . import types as c
 from .body import Body
-from .statements import translate
+from .syntax import translate
 from .values import type_of
 
 
