@@ -26,7 +26,6 @@ from pathlib import Path
 
 from msgspec import ValidationError, convert
 
-from heli_plant.errors import did_you_mean
 from heli_plant.observer import CORRECTED
 
 from .errors import BuildError, WiringError, check_mapping, is_positive, look_up
@@ -66,20 +65,20 @@ class Scenario:
 
     def __post_init__(self) -> None:
         try:
-            known = dict(convert(self.units, tuple[tuple[str, str], ...]))
+            convert(self.units, tuple[tuple[str, str], ...])
             connections = convert(self.connections, tuple[Connection, ...])
         except ValidationError as error:
             raise WiringError(f"scenario {self.name}: units or connections have a wrong type: {error}") from error
-        targets = set()
-        for wire in connections:
-            for unit in (wire.source_unit, wire.target_unit):
-                if unit not in known:
-                    problem = f"names the unit {unit!r}; its units are {', '.join(known)}"
-                    raise WiringError(f"scenario {self.name}: {wire} {problem}")
-            target = (wire.target_unit, wire.target)
-            if target in targets:
-                raise WiringError(f"scenario {self.name}: the input {'.'.join(target)} is connected twice")
-            targets.add(target)
+        targets = [f"{wire.target_unit}.{wire.target}" for wire in connections]
+        for wire, target in zip(connections, targets, strict=True):
+            self.check_unit(wire.source_unit)
+            self.check_unit(wire.target_unit)
+            if targets.count(target) > 1:
+                raise WiringError(f"scenario {self.name}: the input {target} is connected twice")
+
+    def check_unit(self, name: str) -> None:
+        """Refuse a unit that the scenario does not have."""
+        look_up(dict(self.units), name, f"unit of scenario {self.name}", WiringError)
 
     def parameters_by_unit(self, *parameters: Mapping[str, Value]) -> dict[str, dict[str, Value]]:
         """Return the parameters for each unit: the scenario's, replaced by ``parameters`` (``unit.parameter``).
@@ -93,9 +92,7 @@ class Scenario:
         by_unit: dict[str, dict[str, Value]] = {name: {} for name, _ in self.units}
         for full_name, value in given.items():
             unit, _, name = full_name.partition(".")
-            if unit not in by_unit:
-                problem = f"scenario {self.name} has no unit {unit!r}{did_you_mean(unit, by_unit)}"
-                raise WiringError(f"parameter {full_name!r}: {problem}; its units are {', '.join(by_unit)}")
+            self.check_unit(unit)
             by_unit[unit][name] = value
         return by_unit
 
@@ -105,15 +102,12 @@ class Scenario:
         WiringError names a unit that the scenario does not have, BuildError a file that does not exist.
         """
         check_mapping("fmus", fmus, (str, PathLike), "files")
-        units = dict(self.units)
         for name, file in fmus.items():
-            if name not in units:
-                known = ", ".join(units)
-                raise WiringError(f"an FMU is given for {name!r}; scenario {self.name} has the units {known}")
+            self.check_unit(name)
             if not Path(file).is_file():
                 problem = "is no file" if Path(file).exists() else "is missing"  # a folder or a pipe
                 raise BuildError(f"the FMU of {name} {problem}: {file}")
-        if units.keys() - fmus.keys():
+        if dict(self.units).keys() - fmus.keys():
             from .builder import build  # not needed if all FMUs are given
         return {
             name: Path(fmus[name]) if name in fmus else build(unit, folder, native=native) for name, unit in self.units

@@ -164,7 +164,7 @@ def test_an_argument_of_a_wrong_type_is_named_in_one_sentence(twins, given, said
 
 def test_values_of_inputs_have_to_fit_the_scenario(ran):
     for target, count, said in (
-        ("plnt.mass_position", 100, "plnt.mass_position is of no unit of scenario open_loop, which has"),
+        ("plnt.mass_position", 100, "no unit of scenario open_loop is called 'plnt'"),
         ("plant.v_front", 100, "plant.v_front is connected to exciter.v_front"),
         ("plant.mass_position", 3, "has 3 values, 10 steps need as many"),
     ):

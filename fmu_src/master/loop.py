@@ -178,9 +178,7 @@ class Wired:
                 hint = did_you_mean(str(name), all_outputs)
                 raise WiringError(f"scenario {wiring.name} has no output {name!r}{hint}")
         for name in inputs:
-            if name.partition(".")[0] not in units:
-                known = ", ".join(units)
-                raise WiringError(f"inputs: {name} is of no unit of scenario {wiring.name}, which has {known}")
+            wiring.check_unit(name.partition(".")[0])
             if name in wires:
                 raise WiringError(f"inputs: {name} is connected to {wires[name]} in scenario {wiring.name}")
         read = all_outputs.keys() if record is None else {*record, *source_names}

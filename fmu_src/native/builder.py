@@ -24,7 +24,7 @@ from .definitions import DEFINITIONS, MODEL_EXCHANGE, Definition
 from .toolchain import compile_all
 from .translator.program import Translation, functions, header, render_types, source
 from .translator.types import Struct, annotation_type
-from .translator.values import quote
+from .translator.values import literal
 
 NATIVE_UNITS = tuple(DEFINITIONS)
 """Units that exist in C; the others run in Python only."""
@@ -53,7 +53,7 @@ def native_unit(
     variables += definition.state_variables
     sources = _sources(definition, kind, variables, fmi)
     token = content_guid(sources)  # the same one on every machine
-    sources["token.c"] = f'#include "unit.h"\n\nconst char UNIT_TOKEN[] = {quote(token)};\n'
+    sources["token.c"] = f'#include "unit.h"\n\nconst char UNIT_TOKEN[] = {literal(token)};\n'
     compiled = sorted(name for name in sources if name.endswith(".c"))
     binaries = compile_all(sources, unit, fmi, all_platforms)
     entries = binaries | {f"sources/{name}": text.encode() for name, text in sources.items()}
@@ -86,7 +86,7 @@ def _sources(definition: Definition, unit: type[SlaveBase], variables: Sequence[
     sources["variables.h"] = render("variables.h.j2", variables=variables, settings=settings, reference=reference)
     sources["variables.c"] = render(
         "variables.c.j2", unit=unit, variables=variables, exchanged=bool(definition.states), longest_step=LONGEST_STEP,
-        clock_tolerance=CLOCK_TOLERANCE, quoted=quote, number=lambda value: repr(float(value)),
+        clock_tolerance=CLOCK_TOLERANCE, quoted=literal, number=lambda value: repr(float(value)),
     )  # fmt: skip
     return sources
 

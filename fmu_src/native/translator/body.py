@@ -193,8 +193,6 @@ class Body:
         if isinstance(over, Run):
             return over
         sequence = self.name_value(unwrap(over))
-        if not isinstance(type_of(sequence), c.Listing):
-            raise c.NoType(f"a loop in C cannot run over {type_of(sequence).name}")
         return Run(sequence.path("count"), lambda k: self.get_item(sequence, Expr(self, c.INT, k)))
 
     def collect(self, fill: Callable[[Callable[[Any], None]], None], room: str = "0") -> Any:
@@ -213,7 +211,7 @@ class Body:
         if deepest == outer:
             self.lines += lines
             return tuple(values)
-        items = self.new_list(c.Listing(c.element_type(c.Row(tuple(map(type_of, values))))), room)
+        items = self.new_list(type_of(values), room)
         fill(lambda value: self.append_item(items, value))
         return items
 
@@ -236,10 +234,8 @@ class Body:
         if items is not None and not any(isinstance(bound, Expr) for bound in bounds):
             return tuple(items[index]) if isinstance(index, slice) else items[index]
         if items is not None:
-            value = self.as_type(tuple(items), c.Listing(c.element_type(c.Row(tuple(map(type_of, items))))))
+            value = self.as_type(tuple(items), type_of(items))
         value = self.name_value(value)
-        if not isinstance(value.type, c.Listing):
-            raise c.NoType(f"{value.type.name} has no elements")
         places = [self.index_text(value, bound) for bound in bounds]
         if not isinstance(index, slice):
             return self.split_value(Expr(self, value.type.item, f"{value.path('at')}[{places[0]}]"))
@@ -249,11 +245,9 @@ class Body:
 
     def index_text(self, value: Expr, index: Any) -> str:
         """Return an index in C; a negative one counts from the end."""
-        if index is None:
-            return ""
         if isinstance(index, int) and index < 0:
             return f"{value.path('count')} - {-index}"
-        return self.as_type(index, c.INT).bare
+        return "" if index is None else self.as_type(index, c.INT).bare
 
     # Functions and classes of the project
 
@@ -268,7 +262,6 @@ class Body:
             self.program.call(self, kind.__post_init__, struct)
         return struct
 
-    def replace_fields(self, old: Expr, **new: Any) -> Expr:
+    def replace_fields(self, old: Any, **new: Any) -> Expr:
         """Return ``old._replace(...)``: a copy of a struct with other values in some fields."""
-        assert isinstance(old.type, c.Struct)
         return self.make_struct(old.type.kind, **{name: getattr(old, name) for name in c.fields(old.type.kind)} | new)

@@ -154,7 +154,7 @@ def _refuse(body: Body, message: ast.expr) -> None:
             raise NoType("this value has no form in a message")
         values.append(text)
     body.needs_space = True
-    body.emit(f"refuse(space, {', '.join([v.quote(text_format), *values])});")
+    body.emit(f"refuse(space, {', '.join([v.literal(text_format), *values])});")
     body.ended = True
 
 

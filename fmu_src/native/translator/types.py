@@ -88,8 +88,6 @@ def join_types(a: CType, b: CType) -> CType:
     if NOTHING in (a, b) or isinstance(a, Maybe) or isinstance(b, Maybe):
         inner = [kind.item if isinstance(kind, Maybe) else kind for kind in (a, b) if kind != NOTHING]
         return Maybe(join_types(inner[0], inner[-1]))
-    if isinstance(a, Row) and isinstance(b, Row) and len(a.items) == len(b.items):
-        return Row(tuple(map(join_types, a.items, b.items)))
     if isinstance(a, Row | Listing) and isinstance(b, Row | Listing):
         return Listing(join_types(element_type(a), element_type(b)))
     raise NoType(f"a value is once {a.name} and once {b.name}")

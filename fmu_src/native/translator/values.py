@@ -12,7 +12,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, reduce
+from json import dumps
 from typing import Any
 
 from . import types as c
@@ -89,8 +90,6 @@ def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
     kind = c.join_types(c.join_types(*kinds), c.FLOAT if symbol == "/" else c.INT)
     left, right = body.as_type(a, kind), body.as_type(b, kind)
     if symbol in ("//", "%"):
-        if (symbol, kind) not in _AS_PYTHON:
-            raise c.NoType(f"{symbol} of {kind.name} has no translation; use floor(a / b)")
         return Expr(body, kind, f"{_AS_PYTHON[symbol, kind]}({left.bare}, {right.bare})")
     return Expr(body, kind, f"{left.code} {symbol} {right.code}", True)
 
@@ -117,8 +116,6 @@ def type_of(value: Any) -> c.CType:
     if isinstance(value, tuple | list):
         row = c.Row(tuple(map(type_of, value)))
         return c.Listing(c.element_type(row)) if isinstance(value, list) else row
-    if type(value) not in c.PLAIN:
-        raise c.NoType(f"a value {value!r} has no counterpart in C")
     return c.PLAIN[type(value)]
 
 
@@ -132,17 +129,9 @@ def known_items(value: Any) -> list[Any] | None:
 
 
 def literal(value: Any) -> str:
-    """Return a Python number, text or truth value as a literal in C."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return quote(value)
-    return {"inf": "INFINITY", "-inf": "-INFINITY", "nan": "NAN"}.get(repr(value), repr(value))
-
-
-def quote(text: str) -> str:
-    """Return a text as a string literal in C."""
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
+    """Return a Python number, text or truth value as a literal in C, which is that of JSON but for infinity."""
+    text = dumps(value, ensure_ascii=False)
+    return {"Infinity": "INFINITY", "-Infinity": "-INFINITY", "NaN": "NAN"}.get(text, text)
 
 
 def compare(body: Any, symbol: str, a: Any, b: Any) -> Any:
@@ -152,8 +141,6 @@ def compare(body: Any, symbol: str, a: Any, b: Any) -> Any:
     a, b = body.as_type(a, kind), body.as_type(b, kind)
     if kind == c.TEXT:
         return Expr(body, c.BOOL, f"strcmp({a.bare}, {b.bare}) {symbol} 0", True)
-    if kind not in c.NUMBERS:
-        raise c.NoType("only numbers and texts can be compared")
     return Expr(body, c.BOOL, f"{a.code} {symbol} {b.code}", True)
 
 
@@ -161,11 +148,7 @@ def truth(body: Any, value: Any) -> Any:
     """Return the truth value of ``value``."""
     if not isinstance(value, Expr):
         return bool(value)
-    if value.type in (c.INT, c.FLOAT):
-        return Expr(body, c.BOOL, f"{value.code} != 0", True)
-    if value.type != c.BOOL:
-        raise c.NoType(f"{value.type.name} has no truth value in C")
-    return value
+    return Expr(body, c.BOOL, f"{value.code} != 0", True) if value.type in (c.INT, c.FLOAT) else value
 
 
 def opposite(body: Any, value: Any) -> Any:
@@ -193,10 +176,7 @@ def is_none(body: Any, value: Any) -> Any:
 
 def is_among(body: Any, value: Any, items: Any) -> Any:
     """Return ``value in items``."""
-    result: Any = False
-    for item in items:
-        result = either(body, result, lambda item=item: compare(body, "==", value, item))  # type: ignore[misc]
-    return result
+    return reduce(lambda found, item: either(body, found, lambda: compare(body, "==", value, item)), items, False)
 
 
 def choose(body: Any, test: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
