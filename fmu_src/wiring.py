@@ -4,13 +4,10 @@ The master steps by Jacobi's scheme, as importers of .ssp files do: at the commu
 to the value that its source shows at t_k, then all units step from t_k to t_{k+1} = (k + 1) H. The result does not
 depend on the order of the units. In every scenario there is:
 
-* **no delay** from Exciter or LogPlayer to the others: their outputs at t_k are the voltages over [t_k, t_{k+1}), and
-  HelicopterPlant and AdaptiveIdentifier use them so;
-* **no delay** from the plant's (or the player's) angles to the identifier: angles and voltages that arrive together
-  belong to the same t_k; the identifier's outputs at t_{k+1} use the samples up to t_k;
-* **one step of delay** in the PidController: it reads the angles (and the exciter's voltages) of t_k while it steps to
-  t_{k+1}, where it shows its voltages, and these hold over [t_{k+1}, t_{k+2}). A sampled controller on a rig has the
-  same delay of one control period. Over [t_0, t_1) it gives its trim voltage;
+* **no delay** from Exciter or LogPlayer to the others: their voltages at t_k hold over [t_k, t_{k+1}). The identifier
+  takes them with the angles of the same t_k, and shows at t_{k+1} what it knows from the samples up to t_k;
+* **one step of delay** in a controller: the voltages that it shows at t_{k+1} follow from the angles of t_k, as those
+  of a sampled controller on a rig. Over [t_0, t_1) it gives its trim voltage;
 * **one step of delay** in the Corrector: its result from the samples up to t_k corrects the plant from t_{k+1} on.
 
 Before the first step the inputs are set in the same way from the outputs at t_0. One pass is enough, because no output
