@@ -49,13 +49,8 @@ def _receive_message(environment: int | None, _name: bytes, status: int, _catego
 
 _LOGGER = fmi2CallbackLoggerTYPE(_receive_message)
 
-WATCHDOGS: list[Callable[[], object]] = []  # each call restarts a watchdog, which ends the process if a unit hangs
-
-
-def restart_watchdogs() -> None:
-    """Restart all watchdogs, because the units have answered."""
-    for restart in WATCHDOGS:
-        restart()
+restart_watchdog: Callable[[], object] = int  # does nothing
+"""Called when units have answered; a process of its own has a watchdog here, which ends it if a unit hangs."""
 
 
 def unpack(name: str, fmu: Path, folder: Path) -> Any:
@@ -81,7 +76,7 @@ class Instance:
     """An instantiated unit, with its name in the scenario; its FMU is unpacked into the new folder ``folder``."""
 
     def __init__(self, name: str, fmu: Path, folder: Path) -> None:
-        restart_watchdogs()
+        restart_watchdog()
         self.name, self.folder = name, str(folder)
         self.messages: list[str] = []  # its log
         self.worst = np.zeros(1, dtype=np.int64)  # the worst status of a message
@@ -142,7 +137,7 @@ class Instance:
 
     def initialise(self, parameters: Mapping[str, Value], start: float, stop: float) -> None:
         """Set the parameters and enter initialisation mode at ``start`` [s]."""
-        restart_watchdogs()
+        restart_watchdog()
         self._call("setupExperiment", start, self.slave.setupExperiment, startTime=start, stopTime=stop)
         for name, value in parameters.items():
             variable = self.variable(name, "parameter")
@@ -157,7 +152,7 @@ class Instance:
 
     def finish_initialisation(self, start: float) -> None:
         """Leave initialisation mode."""
-        restart_watchdogs()
+        restart_watchdog()
         self._call("exitInitializationMode", start, self.slave.exitInitializationMode)
 
     def reset(self) -> None:

@@ -25,11 +25,11 @@ from heli_plant.errors import did_you_mean
 from ..errors import MasterError, WiringError, check_mapping
 from ..variables import Value
 from ..wiring import Scenario, scenario, whole_steps
-from .instance import Array, Instance, restart_watchdogs
+from . import instance
+from .instance import Array, Instance
 from .result import Bands, Result
 
-STRIDE = 1000  # steps between two restarts of the watchdogs
-LONGEST_SLEEP = 1.0  # the same in a run in real time that waits for its next step [s]
+STRIDE = 1000  # steps between two restarts of the watchdog
 SHARE = 0.95  # share of many runs inside a band
 _LOOP_TYPES = 2 * (c_void_p, c_size_t) + (c_void_p, c_void_p, c_size_t, c_void_p, c_int64, c_int64, c_double, c_void_p)
 MOST_NUMBERS = 5e7  # most values stored of many runs (400 MB); of longer runs only every n-th instant is stored
@@ -102,8 +102,8 @@ def run(
             blocks = range(0, steps, stride)
             for first in track(blocks, wiring.title, console=Console(stderr=True)) if progress else blocks:
                 if wiring.in_real_time:
-                    _wait_until(start_time + first * step)
-                restart_watchdogs()
+                    sleep(max(0.0, start_time + first * step - perf_counter()))
+                instance.restart_watchdog()
                 wired.play(values[first + 1 : first + 1 + stride], first)
             return perf_counter() - start_time
 
@@ -243,10 +243,3 @@ class Wired:
                 unit.advance(k * self.step, self.step)
                 unit.get_outputs(k * self.step)
             row[:] = self.outputs
-
-
-def _wait_until(due: float) -> None:
-    """Wait until :func:`perf_counter` reaches the time ``due`` [s]."""
-    while (rest := due - perf_counter()) > 0.0:
-        restart_watchdogs()
-        sleep(min(rest, LONGEST_SLEEP))
