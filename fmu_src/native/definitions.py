@@ -12,7 +12,7 @@ from heli_plant import communication, control, laws, motor, plant, state, state_
 from heli_plant.parameters import PlantParameters
 
 from .. import slave_base
-from ..units import adaptive_identifier
+from ..units import adaptive_identifier, controllers
 from ..variables import Variable
 
 
@@ -67,16 +67,13 @@ DEFINITIONS = {
     ),
     "PidController": Definition(
         ("pid.c",),
-        (control.pid_step, control.start_pid, control.step_references, motor.saturate, slave_base.time_tolerance),
+        (controllers.pid_voltages, motor.saturate),
         control.PidSettings,
         control.PidState | None,
     ),
     "StateFeedback": Definition(
         ("state_feedback.c",),
-        (
-            state_feedback.sample_and_hold, state_feedback.start_sampled_feedback, control.step_references,
-            motor.saturate, slave_base.time_tolerance,
-        ),
+        (controllers.feedback_voltages, motor.saturate),
         state_feedback.FeedbackSettings,
         state_feedback.SampledFeedback | None,
     ),

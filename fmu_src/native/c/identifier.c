@@ -43,12 +43,10 @@ static void initialise(Model *model, Unit *unit)
 
 static void advance(Model *model, Unit *unit, double time, double step)
 {
-    const Value *values = unit->values;
-    const Row5 now = {
-        values[REF_v_front].real, values[REF_v_rear].real, values[REF_pitch].real, values[REF_elevation].real,
-        values[REF_travel].real};
-    const Row3 references = {
-        values[REF_pitch_reference].real, values[REF_elevation_reference].real, values[REF_travel_reference].real};
+    Row5 now;
+    Row3 references;
+    unit_read(unit, REF_v_front, &now.x0, 5);
+    unit_read(unit, REF_pitch_reference, &references.x0, 3);
     (void)step;
     if (!model->sampled.some) {
         model->sampled.value = identifier_begin_sampling(&unit->space, time, now, &model->plan, references);

@@ -118,6 +118,7 @@ Status unit_set_text(Unit *unit, uint32_t reference, const char *text);
 Status unit_get(Unit *unit, Kind kind, uint32_t reference, double *value);
 Status unit_get_text(Unit *unit, uint32_t reference, const char **text);
 void unit_show(Unit *unit, size_t first, const double values[], size_t count); /* set consecutive variables */
+void unit_read(const Unit *unit, size_t first, double values[], size_t count);  /* read them */
 bool unit_set_starts(Unit *unit);
 char *copy_text(const char *text); /* on the heap, or NULL */
 
