@@ -57,13 +57,8 @@ def unknown_reference(kind: str, reference: int) -> Refusal:
     return Refusal(f"no {kind} variable has value reference {reference}")
 
 
-def freeze_state(state: Any) -> Any:
-    """Return a copy of a state as lists."""
-    return [freeze_state(item) for item in state] if isinstance(state, (tuple, list)) else state
-
-
 def thaw_state(saved: Any, kind: Any) -> Any:
-    """Return the state of type ``kind``, which may include None, from its lists."""
+    """Return the state of type ``kind``, which may include None, from its lists; another value stays as it is."""
     if not isinstance(saved, list):
         return saved
     if get_origin(kind) is Union:  # with None

@@ -32,7 +32,7 @@ from pythonfmu.fmi2slave import Fmi2Slave
 from heli_identifier.errors import IdentifierError
 from heli_plant.errors import PlantError
 
-from .access import freeze_state, getter, setter, thaw_state, unknown_reference
+from .access import getter, setter, thaw_state, unknown_reference
 from .errors import Refusal
 from .variables import TYPES, Value, Variable, problem_with, with_fields
 
@@ -243,7 +243,7 @@ class SlaveBase(Fmi2Slave):
             return {
                 "unit": self._build,
                 "base": [self.phase, self.start_time, self.reached, list(self.values), list(self.refused.items())],
-                "hidden": [freeze_state(getattr(self, name, None)) for name in self.hidden],
+                "hidden": [getattr(self, name, None) for name in self.hidden],  # steps replace it
             }
         except BaseException as problem:
             self.report("getFMUstate", problem)
