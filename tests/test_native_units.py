@@ -169,6 +169,9 @@ def test_after_a_refused_step_the_unit_says_how_far_it_came_and_that_the_run_goe
         call = unit.slave.dll[f"fmi2Get{name}Status"]
         assert call(ctypes.c_void_p(unit.slave.component), kind, ctypes.byref(value)) == status
     assert (time.value, ends.value) == (0.01, 0)
+    third, last, flag = Unit(twins["PidController", 3]).fresh(), ctypes.c_double(7.0), ctypes.byref(ctypes.c_bool())
+    step = [ctypes.c_void_p(third.slave.component), ctypes.c_double(5.0), ctypes.c_double(0.01), True, *[flag] * 3]
+    assert third.slave.dll.fmi3DoStep(*step, ctypes.byref(last)) == 2 and last.value == 0.0
 
 
 def test_a_damaged_state_is_refused_and_changes_nothing(log, twins):

@@ -81,7 +81,7 @@ fmi3Status fmi3DoStep(
 {
     const Status status = unit_step(unit, time, step);
     *event = *terminate = *early = fmi3False;
-    *last = status == OK ? time + step : time;
+    *last = ((const Unit *)unit)->reached;
     return (fmi3Status)status;
 }
 

@@ -26,6 +26,8 @@ _OPERATIONS: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
     ast.FloorDiv: operator.floordiv, ast.Mod: operator.mod, ast.Pow: operator.pow,
 }  # fmt: skip
+_FORMS = {TEXT: ("%s", "{}"), INT: ("%lld", "(long long){}"), FLOAT: ("%s", "shortest(space, {})")}
+"""How a message shows a value of each type: printf's format and the argument in C."""
 _SYMBOLS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 
 
@@ -140,19 +142,12 @@ def _refuse(body: Body, message: ast.expr) -> None:
             text_format += str(evaluate(body, part)).replace("%", "%%")
             continue
         value = v.unwrap(evaluate(body, part.value))
-        kind = v.type_of(value)
-        text = body.as_type(value, kind).bare
-        if kind == TEXT:
-            text_format += "'%s'" if part.conversion == ord("r") else "%s"
-        elif kind == INT:
-            text_format, text = text_format + "%lld", f"(long long){text}"
-        elif kind == FLOAT and part.format_spec is not None:
-            text_format += f"%{evaluate(body, part.format_spec)}"
-        elif kind == FLOAT:
-            text_format, text = text_format + "%s", f"shortest(space, {text})"
-        else:
-            raise NoType("this value has no form in a message")
-        values.append(text)
+        kind: Any = v.type_of(value)
+        form, code = _FORMS[kind]
+        if part.format_spec is not None:
+            form, code = f"%{evaluate(body, part.format_spec)}", "{}"
+        text_format += f"'{form}'" if part.conversion == ord("r") and kind == TEXT else form
+        values.append(code.format(body.as_type(value, kind).bare))
     body.needs_space = True
     body.emit(f"refuse(space, {', '.join([v.literal(text_format), *values])});")
     body.ended = True
