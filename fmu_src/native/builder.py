@@ -117,4 +117,4 @@ def _constant(value: Any) -> str:
     if isinstance(value, tuple):
         separator = ",\n    " if any(isinstance(item, tuple) for item in value) else ", "
         return f"{{{separator.join(map(_constant, value))}}}"
-    return str(value).lower() if isinstance(value, bool) else repr(value)
+    return literal(value)

@@ -77,7 +77,7 @@ def read_recording(path: str) -> Recording:
     for number, line in enumerate(lines, 2):
         if not line.strip(_BLANKS):
             continue
-        cells, row = _split_cells(path, number, line), []
+        cells, row = _split_cells(line), []
         for text, index, factor in columns:
             cell = cells[index] if index < len(cells) else ""
             value = (float(cell) if _NUMBER.fullmatch(cell) else nan) * factor
@@ -108,19 +108,19 @@ def _read_text(path: str) -> str:
         raise Refusal(f"the log {path} cannot be read: {getattr(problem, 'strerror', problem)}") from problem
     if "\0" in text:
         raise Refusal(f"the log {path} holds a NUL byte: it is no text")
+    if '"' in text:
+        raise Refusal(f"the log {path} holds a quote: write its cells without quotes")
     return text.removeprefix("\u00ef\u00bb\u00bf")  # the byte order mark of UTF-8
 
 
-def _split_cells(path: str, number: int, line: str) -> list[str]:
+def _split_cells(line: str) -> list[str]:
     """Return the cells of a line without the blanks around them."""
-    if '"' in line:
-        raise Refusal(f"the log {path}, row {number} has a quote; write its cells without quotes")
     return [cell.strip(_BLANKS) for cell in line.split(",")]
 
 
 def _find_columns(path: str, line: str) -> list[tuple[str, int, float]]:
     """Return header text, index and factor to SI of the columns of time and each signal."""
-    columns, header = [], _split_cells(path, 1, line)
+    columns, header = [], _split_cells(line)
     for factors in _HEADERS.values():
         indices = [index for index, text in enumerate(header) if text in factors]
         if len(indices) != 1:

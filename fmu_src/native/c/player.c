@@ -69,6 +69,8 @@ static char *read_text(Space *space, const char *path)
     if (memchr(text, '\0', size))
         refuse(space, "the log %s holds a NUL byte: it is no text", path);
     text[size] = '\0';
+    if (strchr(text, '"'))
+        refuse(space, "the log %s holds a quote: write its cells without quotes", path);
     return strncmp(text, "\xef\xbb\xbf", 3) == 0 ? text + 3 : text;
 }
 
@@ -90,12 +92,6 @@ static char *end_line(char *at)
     if (end)
         *end++ = '\0';
     return end;
-}
-
-static void refuse_quotes(Space *space, const char *path, long long row, const char *line)
-{
-    if (strchr(line, '"'))
-        refuse(space, "the log %s, row %lld has a quote; write its cells without quotes", path, row);
 }
 
 /* Take the next cell of a line, in place and without the blanks around it; false after the last one. */
@@ -150,7 +146,6 @@ static void find_columns(
     int found[COLUMNS] = {0};
     const char *shown = ascii(space, line);
     char *cell = NULL;
-    refuse_quotes(space, path, 1, line);
     for (int64_t i = 0; next_cell(&line, &cell); i++) {
         for (int k = 0; k < 2 * COLUMNS; k++) {
             if (HEADERS[k / 2][k % 2] && strcmp(HEADERS[k / 2][k % 2], cell) == 0) {
@@ -189,7 +184,6 @@ static void read_log(Model *model, Space *space, const char *path)
         next = end_line(line);
         if (line[strspn(line, BLANKS)] == '\0')
             continue;
-        refuse_quotes(space, path, row, line);
         for (int64_t i = 0; next_cell(&line, &cell); i++) {
             for (int k = 0; k < COLUMNS; k++)
                 cells[k] = places[k] == i ? cell : cells[k];
