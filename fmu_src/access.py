@@ -6,7 +6,7 @@ which ``json.dumps`` writes and ``json.loads`` reads back bit for bit; annotatio
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cache
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
@@ -21,17 +21,15 @@ def getter(kind: str) -> Callable[[Any, list[int]], list[Any]]:
     """Return the method that gets values by reference; a bad reference gives a blank, because the binary reads on."""
 
     def get(unit: Any, vrs: list[int]) -> list[Any]:
-        values = unit.values
+        values, known = unit.values, unit.of_type[kind]
         try:
             if unit.outdated:
                 unit.prepare()
-            if unit.of_type[kind].issuperset(vrs):
-                return [values[reference] for reference in vrs]
-            raise unknown_reference(kind, next(reference for reference in vrs if reference not in unit.of_type[kind]))
+            if not known.issuperset(vrs):
+                raise unknown_reference(kind, next(reference for reference in vrs if reference not in known))
         except BaseException as problem:
             unit.report(f"get{kind}", problem)
-            known = unit.of_type[kind]
-            return [values[reference] if reference in known else _BLANKS[kind] for reference in vrs]
+        return [values[reference] if reference in known else _BLANKS[kind] for reference in vrs]
 
     return get
 
@@ -59,29 +57,16 @@ def unknown_reference(kind: str, reference: int) -> Refusal:
     return Refusal(f"no {kind} variable has value reference {reference}")
 
 
-def freeze_state(state: Any) -> Any:
-    """Return a copy of a state as lists."""
-    nested = isinstance(state, (tuple, list)) or hasattr(state, "_fields")
-    return [freeze_state(item) for item in state] if nested else state
-
-
 def thaw_state(saved: Any, kind: Any) -> Any:
-    """Return the state of type ``kind``, which may include None, from its lists."""
-    if saved is None or (kind in (float, int, bool, str) and not isinstance(saved, (tuple, list))):
+    """Return the state of type ``kind``, which may include None, from its lists; another value stays as it is."""
+    if not isinstance(saved, list):
         return saved
     if get_origin(kind) is Union:  # with None
-        return thaw_state(saved, next(member for member in get_args(kind) if member is not type(None)))
+        kind = next(member for member in get_args(kind) if member is not type(None))
     if hasattr(kind, "_fields"):
         hints = _hints(kind)
-        return kind(*thaw_each(saved, [hints.get(name, float) for name in kind._fields]))
+        return kind(*map(thaw_state, saved, (hints.get(name, float) for name in kind._fields)))
     kinds = get_args(kind)
     if len(kinds) < 2 or kinds[1] is Ellipsis:
         kinds = kinds[:1] * len(saved)
-    return get_origin(kind)(thaw_each(saved, kinds))
-
-
-def thaw_each(saved: Sequence[Any], kinds: Sequence[Any]) -> list[Any]:
-    """Return the states of these types; Refusal if the numbers differ, which zip of the oldest Python would allow."""
-    if len(saved) != len(kinds):
-        raise Refusal(f"the state has {len(saved)} values where {len(kinds)} belong")
-    return [thaw_state(item, kind) for item, kind in zip(saved, kinds, strict=True)]
+    return get_origin(kind)(map(thaw_state, saved, kinds))

@@ -18,9 +18,9 @@ from heli_identifier.files import write_atomically
 from heli_plant.errors import did_you_mean
 
 from .description import describe
-from .errors import BuildError
+from .errors import BuildError, check_mapping, look_up
 from .slave_base import SlaveBase
-from .variables import TYPES, Value, Variable, problem_with
+from .variables import TYPES, Value, Variable, problem_with, with_start_values
 from .vendoring import content_guid, python_unit
 
 UNITS: dict[str, str] = {
@@ -41,9 +41,7 @@ EARLIEST = (1980, 1, 1, 0, 0, 0)  # the earliest time of a zip entry
 
 def unit_class(name: str) -> type[SlaveBase]:
     """Return the class of a unit, or raise BuildError if none has this name."""
-    if name not in UNITS:
-        raise BuildError(f"no unit is called {name!r}{did_you_mean(name, tuple(UNITS))}; there are {', '.join(UNITS)}")
-    return getattr(import_module(UNITS[name]), name)
+    return getattr(import_module(look_up(UNITS, name, "unit", BuildError)), name)
 
 
 def parameters_of(unit: type[SlaveBase]) -> dict[str, Variable]:
@@ -56,6 +54,7 @@ def check_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value], w
 
     BuildError names, with the prefix ``within``, what is no parameter of the unit or out of range.
     """
+    check_mapping("parameters", parameters)
     known = parameters_of(unit)
     values: dict[str, Value] = {}
     for name, value in parameters.items():
@@ -70,11 +69,6 @@ def check_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value], w
             raise BuildError(f"{variable.name} = {value!r} holds a character that is no text in XML")
         values[name] = TYPES[variable.type](value)
     return values
-
-
-def variables_of(unit: type[SlaveBase], start_values: Mapping[str, Value]) -> tuple[Variable, ...]:
-    """Return the variables of a unit with these start values."""
-    return tuple(v._replace(start=start_values.get(v.name, v.start)) for v in unit.variables)
 
 
 def number_or_text(value: Value) -> Value:
@@ -126,13 +120,8 @@ def build(
     Returns
     -------
     Path
-        The FMU.
-
-    Raises
-    ------
-    BuildError
-        An unknown unit, parameter or FMI version, a bad value, an argument for native units without ``native``,
-        a source that an FMU must not contain, a unit that is not in C or has no model exchange, a compiler that fails.
+        The FMU. BuildError names an argument that is unknown, out of range or not for this unit, a source that an FMU
+        must not contain, or a compiler that fails.
     """
     options = {f"fmi={fmi}": fmi != 2, "all_platforms": all_platforms, "model_exchange": model_exchange}
     for name, given in options.items():
@@ -142,7 +131,7 @@ def build(
         raise BuildError(f"fmi is {fmi}; native units exist for FMI 2 and 3; give 2 or 3")
     kind = unit_class(unit)
     start_values = check_start_values(kind, parameters or {})
-    variables = variables_of(kind, start_values)
+    variables = with_start_values(kind.variables, start_values)
     if native:
         from .native.builder import native_unit  # units in Python do not need the translator
 

@@ -2,7 +2,6 @@
 
 * No exception leaves a callback: pythonfmu returns fmi2Fatal for it, and after the second one the next call is a
   segmentation fault. Every exception is caught and logged with its text, and a step is refused with fmi2Discard.
-  The reason of a refused step is also written to the error stream, once for each kind.
 * NaN, infinities and values out of range are refused. ``fmi2SetReal`` of a pythonfmu unit can only return fmi2OK or
   fmi2Fatal; therefore a bad value is logged and ignored, and steps are refused until the variable has a good value.
 * Parameters are read when the initialisation ends. A fixed parameter that is set later is logged and ignored. Outputs
@@ -20,7 +19,6 @@ are read by position, because that is fast, parameters by name; the outputs are 
 from __future__ import annotations
 
 import json
-import re
 import sys
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -34,36 +32,34 @@ from pythonfmu.fmi2slave import Fmi2Slave
 from heli_identifier.errors import IdentifierError
 from heli_plant.errors import PlantError
 
-from .access import freeze_state, getter, setter, thaw_each, unknown_reference
+from .access import getter, setter, thaw_state, unknown_reference
 from .errors import Refusal
 from .variables import TYPES, Value, Variable, problem_with, with_fields
 
 INSTANTIATED, INITIALISING, STEPPING, TERMINATED = "instantiated", "initialising", "stepping", "terminated"
 
 LONGEST_STEP = 1e9  # communication steps must be shorter [s], which also excludes infinity
-MOST_SUBSTEPS = 100_000  # within one communication step: some seconds of computation
-CLOCK_TOLERANCE = 1e-3  # of a step's begin, as a share of the step: hosts round their times
+MOST_SUBSTEPS = 10_000  # within one communication step: some seconds of computation
+CLOCK_TOLERANCE = 1e-3  # share of a step by which a host may round its times
+ROUNDING = 2.0**-53  # largest relative error of a sum of two numbers
 _SETTABLE: dict[str, set[str]] = {STEPPING: {"input", "tunable"}, TERMINATED: set()}
 """Causality or variability of variables that may be set in a phase; before these, inputs and parameters."""
 
-_WHOLE_UNIT = -1  # key of a refusal that belongs to no single variable
+
+def time_tolerance(time: float, elapsed: float, step: float) -> float:
+    """Return how long [s] before its instant something is due at ``time``, ``elapsed`` since the start of the run.
+
+    Hosts round their times. If one adds up its steps, each of elapsed/step sums may be off by a rounding of the time.
+    """
+    return min(0.5 * step, CLOCK_TOLERANCE * step + ROUNDING * abs(time * elapsed) / step)
 
 
-def check_due(late: float, period: float, time: float) -> None:
-    """Refuse a step with more due samples of ``period`` [s] than are allowed; the first is ``late`` [s] late."""
-    if late > MOST_SUBSTEPS * period:
+def check_substeps(span: float, length: float, name: str, time: float) -> None:
+    """Refuse a step at ``time`` [s] if too many of ``length`` [s], the parameter ``name``, fit into ``span`` [s]."""
+    if span > MOST_SUBSTEPS * length:
         raise Refusal(
-            f"{late / period:.3g} samples of sample.time = {period:g} s are due at t = {time:g} s; at most "
-            f"{MOST_SUBSTEPS} are taken in one step, take shorter ones"
-        )
-
-
-def check_length(step: float, longest: float, time: float) -> None:
-    """Refuse a ``step`` from ``time`` that needs more integration steps of ``longest`` [s] than are allowed."""
-    if step > MOST_SUBSTEPS * longest:
-        raise Refusal(
-            f"the step of {step:g} s from t = {time:g} s needs {step / longest:.3g} steps of solver.step = "
-            f"{longest:g} s; at most {MOST_SUBSTEPS} are taken, take a shorter step"
+            f"{span / length:.3g} steps of {name} = {length:g} s are due at t = {time:g} s; at most {MOST_SUBSTEPS} "
+            "are taken in one communication step, take shorter ones"
         )
 
 
@@ -71,12 +67,12 @@ class SlaveBase(Fmi2Slave):
     """A co-simulation unit that never raises through the C boundary."""
 
     variables: ClassVar[tuple[Variable, ...]] = ()
-    start_values: ClassVar[Mapping[str, Value]] = {}
     references: ClassVar[dict[str, int]] = {}
     of_type: ClassVar[dict[str, frozenset[int]]] = {}
     """Value references of the variables of each type."""
     _first_output: ClassVar[int] = 0
     real_inputs: ClassVar[dict[int, tuple[float, float]]] = {}  # bounds by reference; all inputs are Real
+    _build: ClassVar[str] = ""  # in an FMU with a hash of its sources and start values
     hidden: ClassVar[Mapping[str, Any]] = {}
     """Type of each attribute that a step sets and a later one reads; it may also be None (:mod:`fmu_src.access`)."""
     summary: ClassVar[str] = ""
@@ -91,23 +87,18 @@ class SlaveBase(Fmi2Slave):
         cls.of_type = {kind: frozenset(k for k, v in enumerate(cls.variables) if v.type == kind) for kind in TYPES}
         cls._first_output = next((k for k, v in enumerate(cls.variables) if v.causality == "output"), 0)
         cls.real_inputs = {k: (v.minimum, v.maximum) for k, v in enumerate(cls.variables) if v.causality == "input"}
+        cls._build = f"{cls.__module__}.{cls.__qualname__}"
 
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.start_time = 0.0
         self.reached = 0.0  # end of the last step [s]
-        self.values: list[Any] = []
-        for variable in self.variables:
-            start, kind = self.start_values.get(variable.name, variable.start), TYPES[variable.type]
-            self.values.append(kind() if start is None else kind(start))
-        self.written: set[str] = set()  # kinds of refused steps whose reason was written to the error stream
+        self.values: list[Any] = [0.0 if variable.start is None else variable.start for variable in self.variables]
+        self.has_complained = False  # whether the reason of a refused step was written to the error stream
         self.refused: dict[int, str] = {}  # reason by reference, until the variable has a good value
         self._initialised_with: list[Any] | None = None
         self._enter_phase(INSTANTIATED)
-        while self.resources and sys.path.count(self.resources) > 1:  # the binary adds one with every instance
-            sys.path.reverse()
-            sys.path.remove(self.resources)  # the last one
-            sys.path.reverse()
+        sys.path[:] = dict.fromkeys(sys.path)  # the binary adds the unit's folder with every instance
 
     # A unit class overrides these
 
@@ -135,9 +126,7 @@ class SlaveBase(Fmi2Slave):
 
     # From instantiation to the first step, and the end
 
-    def setup_experiment(
-        self, start_time: float, stop_time: float | None = None, tolerance: float | None = None
-    ) -> None:
+    def setup_experiment(self, start_time: float, *_: Any) -> None:
         """Store the start time [s]; it is fixed once the initialisation has begun."""
         if self.phase == INSTANTIATED and isfinite(start_time):
             self.start_time = start_time
@@ -158,7 +147,7 @@ class SlaveBase(Fmi2Slave):
             self.prepare()
         except BaseException as problem:
             self.report("exitInitializationMode", problem)
-            self.refused[_WHOLE_UNIT] = f"{problem} (the initialisation failed; reset the unit)"
+            self.refused[-1] = f"{problem} (the initialisation failed; reset the unit)"  # of no single variable
         self._enter_phase(STEPPING)
 
     def terminate(self) -> None:
@@ -248,14 +237,13 @@ class SlaveBase(Fmi2Slave):
     def _get_fmu_state(self) -> dict[str, Any]:
         try:
             if not self.saves_state:
-                reason = "what it hears cannot be sent again"
-                raise Refusal(f"the state of a {type(self).__name__} cannot be saved: {reason}")
+                raise Refusal("the state of this unit cannot be saved: what it hears cannot be sent again")
             if self.outdated:
                 self.prepare()
             return {
-                "unit": [type(self).__name__, len(self.variables)],
+                "unit": self._build,
                 "base": [self.phase, self.start_time, self.reached, list(self.values), list(self.refused.items())],
-                "hidden": [freeze_state(getattr(self, name, None)) for name in self.hidden],
+                "hidden": [getattr(self, name, None) for name in self.hidden],  # steps replace it
             }
         except BaseException as problem:
             self.report("getFMUstate", problem)
@@ -265,17 +253,18 @@ class SlaveBase(Fmi2Slave):
         """Restore a state of this or another instance of the same unit, completely or not at all."""
         before = dict(self.__dict__)
         try:
-            if not state or state["unit"] != [type(self).__name__, len(self.variables)]:
+            if not state or state["unit"] != self._build:
                 raise Refusal(f"this is no complete state of a {type(self).__name__}; nothing was changed")
             phase, self.start_time, reached, values, refused = state["base"]
-            self.values, self.refused = thaw_each(values, [TYPES[v.type] for v in self.variables]), dict(refused)
+            self.values, self.refused = list(values), dict(refused)
             self._enter_phase(phase)
             if phase in (STEPPING, TERMINATED):
                 if self._initialised_with != self._initial_conditions():
                     self.prepare()
                     self.values[:] = values  # ``initialise`` has set the outputs of the start time
                 self.reached = reached
-                self.__dict__.update(zip(self.hidden, thaw_each(state["hidden"], [*self.hidden.values()]), strict=True))
+                hidden = map(thaw_state, state["hidden"], self.hidden.values())
+                self.__dict__.update(zip(self.hidden, hidden, strict=True))
                 self.outdated = False
         except BaseException as problem:
             self.__dict__ = before  # with the old list of values, which was replaced and not changed
@@ -294,15 +283,14 @@ class SlaveBase(Fmi2Slave):
     def report(self, call: str, problem: BaseException) -> None:
         """Log a problem in ``call``: a refusal of the project by its text, any other exception with its traceback.
 
-        Some hosts take a refused step for the end of the run and show no log: its reason also goes to the error stream.
+        Some hosts show no log, so the reason of the first refused step also goes to the error stream.
         """
         text, status = f"{call}: {problem}", Fmi2Status.discard
         if not isinstance(problem, (Refusal, IdentifierError, PlantError)):
             text, status = f"{call}: {type(problem).__name__}: {problem}\n{format_exc()}", Fmi2Status.error
         self.log(text, status)
-        kind = re.sub(r"[-+.e\d]+", "", text)  # without its numbers: a host may try one step after the other
-        if call == "doStep" and kind not in self.written:
-            self.written.add(kind)
+        if call == "doStep" and not self.has_complained:
+            self.has_complained = True
             with suppress(Exception):  # a host may have no error stream
                 sys.stderr.write(f"{type(self).__name__}.{text}\n")
 

@@ -9,17 +9,16 @@ is given, only those that are set.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import inf
 from pathlib import Path
 from xml.etree.ElementTree import register_namespace
 
 from heli_identifier.files import draft_folder, write_atomically
 
-from .builder import check_start_values, unit_class, variables_of, zip_bytes
+from .builder import check_start_values, unit_class, zip_bytes
 from .description import base_units, render_xml
-from .errors import BuildError
+from .errors import BuildError, is_positive
 from .slave_base import SlaveBase
-from .variables import Value
+from .variables import Value, with_start_values
 from .wiring import Scenario, scenario
 
 for _prefix, _part in {"ssc": "Common", "ssd": "Description", "ssv": "ParameterValues"}.items():
@@ -28,7 +27,7 @@ for _prefix, _part in {"ssc": "Common", "ssd": "Description", "ssv": "ParameterV
 
 def parameter_set(unit: type[SlaveBase], parameters: Mapping[str, Value], is_complete: bool = True) -> bytes:
     """Return ``<ssv:ParameterSet>`` with these parameters of a unit, if complete also with others at start values."""
-    variables = variables_of(unit, check_start_values(unit, parameters))
+    variables = with_start_values(unit.variables, check_start_values(unit, parameters))
     held = [v for v in variables if v.causality == "parameter" and (is_complete or v.name in parameters)]
     return render_xml("ParameterSet.ssv", parameters=held, units=base_units(v.unit for v in held))
 
@@ -41,26 +40,13 @@ def write_ssp(
     duration: float = 90.0,
     native: bool = False,
 ) -> Path:
-    """Write a scenario as a flat .ssp; the same arguments give the same bytes.
+    """Write a scenario as a flat .ssp, complete or not at all; the same arguments give the same bytes.
 
-    Parameters
-    ----------
-    scenario_name, parameters, fmus
-        As for :func:`fmu_src.master.run`.
-    path : path
-        The .ssp file; it appears complete or not at all.
-    duration : float
-        Stop time of the default experiment [s].
-    native : bool
-        Build units in C instead of Python.
-
-    Raises
-    ------
-    WiringError, BuildError
-        An unknown scenario, unit or parameter, a value out of range, an endless duration, a missing FMU.
+    Scenario, parameters, FMUs and ``native`` are those of :func:`fmu_src.master.run`; ``duration`` is the stop time of
+    the default experiment [s]. WiringError or BuildError names what is unknown, missing or out of range.
     """
-    if not 0.0 < duration < inf:
-        raise BuildError(f"duration = {duration:g} s must be positive and finite.")
+    if not is_positive(duration):
+        raise BuildError(f"duration = {duration!r} s must be positive and finite.")
     wiring = scenario(scenario_name)
     by_unit = wiring.parameters_by_unit(parameters or {})
     entries = {"SystemStructure.ssd": system_structure(wiring, duration)}

@@ -7,7 +7,7 @@ and in C fill their settings from the parameters that name a field.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import replace
 from functools import reduce
 from numbers import Real
@@ -103,6 +103,11 @@ def _fill_part(part: Any, key: tuple[Any, ...]) -> Any:
     return part.format(*key) if isinstance(part, str) else part
 
 
+def with_start_values(variables: Iterable[Variable], values: Mapping[str, Value]) -> tuple[Variable, ...]:
+    """Return the variables with other start values, by their names."""
+    return tuple(variable._replace(start=values.get(variable.name, variable.start)) for variable in variables)
+
+
 def with_fields(defaults: Any, values: Mapping[str, Any]) -> Any:
     """Return settings, a NamedTuple or dataclass, with new values of some fields by their paths."""
     changes: dict[str, dict[str, Any]] = {}
@@ -126,7 +131,7 @@ def problem_with(variable: Variable, value: Any) -> str | None:
             return f"{variable.name} = {value!r} must be a {'whole ' if is_whole else ''}number {bounds}"
         if not low <= value <= high:
             return f"{variable.name} = {value!r}{unit} must lie {bounds}"
-    elif variable.type == "Boolean" and value not in (True, False):
+    elif variable.type == "Boolean" and not (isinstance(value, Hashable) and value in (True, False)):
         return f"{variable.name} = {value!r} must be 0 or 1"
     elif variable.type == "String" and not isinstance(value, str):
         return f"{variable.name} = {value!r} must be text"

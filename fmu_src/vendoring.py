@@ -22,10 +22,8 @@ from .variables import Value
 
 VENDORED = ("fmu_src", "heli_plant", "heli_identifier", "pythonfmu")  # all other imports must be standard library
 
-OLDEST_PYTHON = (3, 9)  # the oldest Python of a host
-
 _NAMESPACE = UUID("5b6c0a52-5f0e-4f2e-9a55-6a4f5f0f9f21")
-_POSTPONED = "from __future__ import annotations\n"  # the oldest Python cannot evaluate all annotations
+_POSTPONED = "from __future__ import annotations\n"  # Python 3.9, the oldest of a host, cannot evaluate all annotations
 _STRICT = re.compile(r",\s*strict=(?:True|False)(?=\s*,?\s*\))")
 
 
@@ -66,12 +64,7 @@ def needed_sources(module: str) -> dict[str, str]:
         if file is None or path in sources:
             continue
         sources[path] = file.read_text(encoding="utf-8")
-        try:
-            tree = ast.parse(sources[path], feature_version=OLDEST_PYTHON)
-        except SyntaxError as problem:
-            oldest = ".".join(map(str, OLDEST_PYTHON))
-            raise BuildError(f"{name} must be valid in Python {oldest}, the oldest of a host: {problem}") from problem
-        for imported in _imported_modules(name, tree, is_package):
+        for imported in _imported_modules(name, ast.parse(sources[path]), is_package):
             root = imported.split(".")[0]
             if root in VENDORED:
                 modules.append(imported)
@@ -99,11 +92,8 @@ def python_unit(unit: type, start_values: Mapping[str, Value]) -> dict[str, byte
 
 
 def _rewrite(text: str, tag: str) -> str:
-    """Rename vendored packages in ``from package import``; remove ``strict`` of zip, which the oldest Python lacks."""
-    packages = "|".join(VENDORED)
-    if plain_import := re.search(rf"^\s*(import ({packages})\b.*)", text, re.MULTILINE):
-        raise BuildError(f"{plain_import[1]!r}: a vendored package must be imported as 'from package import module'")
-    text = re.sub(rf"^(\s*from (?:{packages}))\b", rf"\1_{tag}", text, flags=re.MULTILINE)
+    """Rename vendored packages in ``from package import``; remove ``strict`` of zip, which Python 3.9 lacks."""
+    text = re.sub(rf"^(\s*from (?:{'|'.join(VENDORED)}))\b", rf"\1_{tag}", text, flags=re.MULTILINE)
     text = _STRICT.sub("", text)
     return text if not text.strip() or _POSTPONED in text else _POSTPONED + text
 

@@ -4,13 +4,10 @@ The master steps by Jacobi's scheme, as importers of .ssp files do: at the commu
 to the value that its source shows at t_k, then all units step from t_k to t_{k+1} = (k + 1) H. The result does not
 depend on the order of the units. In every scenario there is:
 
-* **no delay** from Exciter or LogPlayer to the others: their outputs at t_k are the voltages over [t_k, t_{k+1}), and
-  HelicopterPlant and AdaptiveIdentifier use them so;
-* **no delay** from the plant's (or the player's) angles to the identifier: angles and voltages that arrive together
-  belong to the same t_k; the identifier's outputs at t_{k+1} use the samples up to t_k;
-* **one step of delay** in the PidController: it reads the angles (and the exciter's voltages) of t_k while it steps to
-  t_{k+1}, where it shows its voltages, and these hold over [t_{k+1}, t_{k+2}). A sampled controller on a rig has the
-  same delay of one control period. Over [t_0, t_1) it gives its trim voltage;
+* **no delay** from Exciter or LogPlayer to the others: their voltages at t_k hold over [t_k, t_{k+1}). The identifier
+  takes them with the angles of the same t_k, and shows at t_{k+1} what it knows from the samples up to t_k;
+* **one step of delay** in a controller: the voltages that it shows at t_{k+1} follow from the angles of t_k, as those
+  of a sampled controller on a rig. Over [t_0, t_1) it gives its trim voltage;
 * **one step of delay** in the Corrector: its result from the samples up to t_k corrects the plant from t_{k+1} on.
 
 Before the first step the inputs are set in the same way from the outputs at t_0. One pass is enough, because no output
@@ -21,13 +18,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from math import inf
+from os import PathLike
 from pathlib import Path
 
-from heli_plant.errors import did_you_mean
+from msgspec import ValidationError, convert
+
 from heli_plant.observer import CORRECTED
 
-from .errors import BuildError, WiringError
+from .errors import BuildError, WiringError, check_mapping, is_positive, look_up
 from .units.signals import AXES, ROTORS
 from .variables import Value
 
@@ -63,29 +61,35 @@ class Scenario:
     """Whether the master waits before each step until it is due."""
 
     def __post_init__(self) -> None:
-        known = dict(self.units)
-        targets = set()
-        for wire in self.connections:
-            for unit in (wire.source_unit, wire.target_unit):
-                if unit not in known:
-                    problem = f"names the unit {unit!r}; its units are {', '.join(known)}"
-                    raise WiringError(f"scenario {self.name}: {wire} {problem}")
-            target = (wire.target_unit, wire.target)
-            if target in targets:
-                raise WiringError(f"scenario {self.name}: the input {'.'.join(target)} is connected twice")
-            targets.add(target)
+        try:
+            convert(self.units, tuple[tuple[str, str], ...])
+            connections = convert(self.connections, tuple[Connection, ...])
+        except ValidationError as error:
+            raise WiringError(f"scenario {self.name}: units or connections have a wrong type: {error}") from error
+        targets = [f"{wire.target_unit}.{wire.target}" for wire in connections]
+        for wire, target in zip(connections, targets, strict=True):
+            self.check_unit(wire.source_unit)
+            self.check_unit(wire.target_unit)
+            if targets.count(target) > 1:
+                raise WiringError(f"scenario {self.name}: the input {target} is connected twice")
 
-    def parameters_by_unit(self, parameters: Mapping[str, Value]) -> dict[str, dict[str, Value]]:
+    def check_unit(self, name: str) -> None:
+        """Refuse a unit that the scenario does not have."""
+        look_up(dict(self.units), name, f"unit of scenario {self.name}", WiringError)
+
+    def parameters_by_unit(self, *parameters: Mapping[str, Value]) -> dict[str, dict[str, Value]]:
         """Return the parameters for each unit: the scenario's, replaced by ``parameters`` (``unit.parameter``).
 
         WiringError names a unit that the scenario does not have.
         """
+        given = dict(self.parameters)
+        for more in parameters:
+            check_mapping("parameters", more)
+            given |= more
         by_unit: dict[str, dict[str, Value]] = {name: {} for name, _ in self.units}
-        for full_name, value in {**dict(self.parameters), **parameters}.items():
+        for full_name, value in given.items():
             unit, _, name = full_name.partition(".")
-            if unit not in by_unit:
-                problem = f"scenario {self.name} has no unit {unit!r}{did_you_mean(unit, by_unit)}"
-                raise WiringError(f"parameter {full_name!r}: {problem}; its units are {', '.join(by_unit)}")
+            self.check_unit(unit)
             by_unit[unit][name] = value
         return by_unit
 
@@ -94,15 +98,13 @@ class Scenario:
 
         WiringError names a unit that the scenario does not have, BuildError a file that does not exist.
         """
-        units = dict(self.units)
+        check_mapping("fmus", fmus, (str, PathLike), "files")
         for name, file in fmus.items():
-            if name not in units:
-                known = ", ".join(units)
-                raise WiringError(f"an FMU is given for {name!r}; scenario {self.name} has the units {known}")
+            self.check_unit(name)
             if not Path(file).is_file():
                 problem = "is no file" if Path(file).exists() else "is missing"  # a folder or a pipe
                 raise BuildError(f"the FMU of {name} {problem}: {file}")
-        if units.keys() - fmus.keys():
+        if dict(self.units).keys() - fmus.keys():
             from .builder import build  # not needed if all FMUs are given
         return {
             name: Path(fmus[name]) if name in fmus else build(unit, folder, native=native) for name, unit in self.units
@@ -198,18 +200,13 @@ SCENARIOS: dict[str, Scenario] = {
 
 def scenario(name: str | Scenario) -> Scenario:
     """Return a scenario by its name in :data:`SCENARIOS`, or raise WiringError; a Scenario is returned unchanged."""
-    if isinstance(name, Scenario):
-        return name
-    if name not in SCENARIOS:
-        known = ", ".join(SCENARIOS)
-        raise WiringError(f"no scenario is called {name!r}{did_you_mean(name, tuple(SCENARIOS))}; there are {known}")
-    return SCENARIOS[name]
+    return name if isinstance(name, Scenario) else look_up(SCENARIOS, name, "scenario", WiringError)
 
 
 def whole_steps(duration: float, step: float) -> int:
     """Return the whole number of communication steps of ``step`` [s] in ``duration`` [s], or raise WiringError."""
-    if not (0.0 < step < inf and step <= duration < inf):
-        raise WiringError(f"duration = {duration:g} s and step = {step:g} s: 0 < step <= duration is needed")
+    if not (is_positive(duration) and is_positive(step) and step <= duration):
+        raise WiringError(f"duration = {duration!r} s and step = {step!r} s: 0 < step <= duration is needed")
     if duration / step > MOST_STEPS:
         problem = f"duration = {duration:g} s is {duration / step:.3g} steps of {step:g} s"
         raise WiringError(f"{problem}, at most {MOST_STEPS:g} are run; take a shorter duration or a longer step")

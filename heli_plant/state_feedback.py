@@ -22,11 +22,6 @@ from .errors import PlantError
 from .motor import saturate
 
 MOST_DELAY = 8  # largest input delay in periods: the controller keeps the voltages of so many periods
-PERIOD_TOLERANCE = 1e-3
-"""A sample is due this share of a period before its instant, because communication points k H have rounding errors.
-
-They grow with time in importers that add up the steps: to 1e-9 s after 335 s of steps of 1 ms.
-"""
 LENGTH_TOLERANCE = 1e-6  # of a step, as a share of the period
 
 
@@ -125,25 +120,26 @@ def start_sampled_feedback(pitch: float, elevation: float, travel: float, s: Fee
 
 
 def sample_and_hold(
-    held: SampledFeedback, time: float, step: float, angles: Angles, references: tuple[float, float, float],
-    added: Rotors, s: FeedbackSettings,
+    held: SampledFeedback, time: float, step: float, early: float, angles: Angles,
+    references: tuple[float, float, float], added: Rotors, s: FeedbackSettings,
 ) -> SampledFeedback:  # fmt: skip
     """Return the controller after a step of ``step`` [s] from ``time`` [s] since the start, with a sample if it is due.
 
-    New voltages appear at the sampling instant after that of their angles, however short the step is. PlantError if
-    they are not finite, or if the step is longer than a period.
+    It is due up to ``early`` [s] before its instant, because hosts round their times. New voltages appear at the
+    sampling instant after that of their angles, however short the step is. PlantError if they are not finite, or if the
+    step is longer than a period.
     """
     if step > (1.0 + LENGTH_TOLERANCE) * s.period:
         raise PlantError(
             f"a step of {step:g} s leaves out samples of sample.time = {s.period:g} s; take steps no longer"
         )
     state, samples = held.state, held.samples
-    if time >= (samples - PERIOD_TOLERANCE) * s.period:
+    if time >= samples * s.period - early:
         state = feedback_step(state, angles.pitch, angles.elevation, angles.travel, references, added, s)
         samples = samples + 1
     if not isfinite(state.now.front + state.now.rear):
         raise PlantError(f"no finite voltages follow at {time:g} s; check the transition and innovation matrices")
-    if time + step >= (samples - PERIOD_TOLERANCE) * s.period:
+    if time + step >= samples * s.period - early:
         return SampledFeedback(state, samples, s.hover.front + state.now.front, s.hover.rear + state.now.rear)
     return SampledFeedback(state, samples, held.v_front, held.v_rear)
 

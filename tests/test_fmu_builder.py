@@ -177,7 +177,7 @@ def test_an_input_fed_twice_and_a_unit_that_is_not_there_are_refused():
     wires = (Connection("a", "x", "b", "u"), Connection("c", "x", "b", "u"))
     with pytest.raises(WiringError, match="b.u is connected twice"):
         Scenario("twice", "", (("a", "A"), ("b", "B"), ("c", "C")), wires)
-    with pytest.raises(WiringError, match="names the unit 'z'"):
+    with pytest.raises(WiringError, match="no unit of scenario lost is called 'z'"):
         Scenario("lost", "", (("a", "A"),), (Connection("a", "x", "z", "u"),))
 
 

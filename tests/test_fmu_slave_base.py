@@ -7,7 +7,7 @@ import math
 
 import pytest
 
-from fmu_src import Refusal, access, slave_base
+from fmu_src import Refusal
 from fmu_src.slave_base import SlaveBase
 from fmu_src.variables import output, parameter, real_input
 from tests.units import initialise
@@ -76,9 +76,8 @@ def test_an_exception_in_a_step_is_logged_with_its_traceback_and_refused_and_so_
     assert not unit.do_step(0.0, 0.1) and unit.get_real([GAIN, U, X]) == [4.0, 7.0, 0.5]
     unit.set_real([U], [1.0])
     assert unit.do_step(0.0, 0.1) and not unit.do_step(7.0, 0.1) and not unit.do_step(8.25, 0.1)
-    printed = capsys.readouterr().err  # for hosts that show no log, and each reason once
-    for reason in ("ZeroDivisionError", "the step from t", "the step begins"):
-        assert printed.count(f"Integrator.doStep: {reason}") == 1
+    printed = capsys.readouterr().err  # the first one, for hosts that show no log
+    assert printed.startswith("Integrator.doStep: ZeroDivisionError") and printed.count("Integrator.doStep") == 1
 
 
 @pytest.mark.parametrize("reference", [-1, ORDER, NOTE, 99])
@@ -128,19 +127,9 @@ def test_a_saved_state_takes_unit_and_another_instance_back_to_the_bit_and_share
     other.set_real([INITIAL], [1.0])
     assert "is fixed" in said(other)
     before = unit._get_fmu_state()
-    for raw in (b"", b"\xff\xfe", b"[]", b'{"unit": ["Other", 3]}'):
+    for raw in (b"", b"\xff\xfe", b"[]", b'{"unit": "Other"}'):
         unit._set_fmu_state(unit._fmu_state_from_bytes(raw))
         assert "nothing was changed" in said(unit) and unit._get_fmu_state() == before
-
-
-def test_a_state_that_does_not_fit_changes_nothing_also_where_zip_checks_no_lengths(unit, monkeypatch):
-    for module in (access, slave_base):  # as it is in a host of Python 3.9
-        monkeypatch.setattr(module, "zip", lambda *lists, strict: zip(*lists, strict=False), raising=False)
-    good, fits, before = [1.0, 9.0, 0.5, 2.0, 1, True, "none"], [9.0, [9.0, 9.0]], unit._get_fmu_state()
-    misfits = [(good, hidden) for hidden in ([], [9.0], [9.0, 9.0], [9.0, [9.0]], [9.0, [9.0] * 3], [*fits, 9.0])]
-    for values, hidden in (*misfits, (good[:-1], fits), ([*good[:-1], "broken"], fits)):
-        unit._set_fmu_state({**before, "base": ["terminated", 0.0, 9.0, values, []], "hidden": hidden})
-        assert said(unit) and unit._get_fmu_state() == before, hidden
 
 
 def test_messages_cannot_be_taken_for_printf_formats_or_break_utf8(unit):

@@ -1,7 +1,6 @@
 """The master: its results are those of the library, its delays those of the wiring table, its errors name the place."""
 
 import tempfile
-from contextlib import nullcontext
 from dataclasses import replace
 from unittest.mock import Mock
 
@@ -136,18 +135,35 @@ def test_a_parameter_that_a_unit_does_not_have_or_take_is_named(ran):
     for name, value, said in (
         ("plant.pitch.gian", 1.0, "plant has no variable 'pitch.gian'; did you mean 'pitch.gain'"),
         ("plant.v_front", 1.0, "plant.v_front is not a parameter; its causality is input"),
-        ("plant.pitch.gain", float("nan"), "plant.set pitch.gain at t = 0 s.*pitch.gain = nan"),
+        ("plant.pitch.gain", 60.0, "plant.set pitch.gain at t = 0 s.*pitch.gain = 60.0 rad"),
         ("plant.pitch.gain", None, "plant.pitch.gain = None must be a number"),
-        ("plant.encoder.enabled", 2, "plant.encoder.enabled = 2 must be true or false"),
-        ("exciter.multisine.seed", 2**32 + 5, "seed = 4294967301 must be a whole number of 32 bits"),
+        ("plant.encoder.enabled", 2, "plant.encoder.enabled = 2 must be 0 or 1"),
+        ("exciter.multisine.seed", 2**32 + 5, "seed = 4294967301 must lie in"),
     ):
         with pytest.raises(MasterError, match=said):
             ran("open_loop", 0.1, H, {name: value})
 
 
+@pytest.mark.parametrize(("given", "said"), [
+    ({"scenario_name": ["open_loop"]}, "no scenario is called"),
+    ({"duration": "1"}, "0 < step <= duration is needed"),
+    ({"parameters": [1]}, "parameters = .1. must be a mapping of names to values"),
+    ({"fmus": {"plant": None}}, "must be a mapping of names to files"),
+    ({"record": [3]}, "has no output 3"),
+    ({"variations": 3}, "variations = 3 must be a list"),
+    ({"inputs": {"plant.mass_position": ["a"]}}, "has 1 values, 10 steps need as many numbers"),
+])  # fmt: skip
+def test_an_argument_of_a_wrong_type_is_named_in_one_sentence(twins, given, said):
+    files = {name: twins[kind] for name, kind in SCENARIOS["open_loop"].units}
+    with pytest.raises(WiringError, match=said):
+        run(**{"scenario_name": "open_loop", "duration": 0.1, "fmus": files, **given})
+    with pytest.raises(WiringError, match="units or connections have a wrong type"):
+        Scenario("alone", "", ("plant",), ())
+
+
 def test_values_of_inputs_have_to_fit_the_scenario(ran):
     for target, count, said in (
-        ("plnt.mass_position", 100, "plnt.mass_position is of no unit of scenario open_loop, which has"),
+        ("plnt.mass_position", 100, "no unit of scenario open_loop is called 'plnt'"),
         ("plant.v_front", 100, "plant.v_front is connected to exciter.v_front"),
         ("plant.mass_position", 3, "has 3 values, 10 steps need as many"),
     ):
@@ -165,17 +181,13 @@ def test_a_unit_that_refuses_to_terminate_costs_neither_results_nor_the_reason_o
     files = {name: twins[kind] for name, kind in SCENARIOS["open_loop"].units}
     assert len(run("open_loop", 0.1, H, fmus=files).values) == 11
     with pytest.raises(MasterError, match="plant.set pitch.gain at t = 0 s"):
-        run("open_loop", 0.1, H, {"plant.pitch.gain": float("nan")}, files)
+        run("open_loop", 0.1, H, {"plant.pitch.gain": 60.0}, files)
 
 
-@pytest.mark.parametrize("name", ["ü%# [1]", "a%20b"])
-def test_units_run_below_any_folder_but_one_whose_name_they_misread(tmp_path, monkeypatch, name):
-    """A library of pythonfmu undoes %20 of a path and nothing else."""
-    (tmp_path / name).mkdir()
-    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / name))
-    said = pytest.raises(MasterError, match="set TMPDIR to another folder")
-    with said if "%20" in name else nullcontext():
-        assert run_apart("open_loop", 0.1, H).values.shape[0] > 1
+def test_units_run_below_a_folder_of_any_name(tmp_path, monkeypatch):
+    (tmp_path / "ü%# [1]").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "ü%# [1]"))
+    assert run_apart("open_loop", 0.1, H).values.shape[0] > 1
 
 
 def test_files_of_the_working_folder_are_not_taken_for_modules(ran, tmp_path, monkeypatch):

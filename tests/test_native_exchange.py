@@ -1,4 +1,4 @@
-"""Native units by the commands, many runs of them; Model Exchange: an importer's solver finds motion and slopes."""
+"""Native units by the commands, many runs of them; Model Exchange: an importer's solver finds the motion."""
 
 import io
 import json
@@ -78,30 +78,14 @@ def modelled(path, parameters, begin=0.0):
     return Unit(str(path), "ModelExchange").fresh(parameters, begin)
 
 
-def slopes_of(model, unknowns, known):
-    at = [model.variables[name].valueReference for name in (*unknowns, known)]
-    return list(model.slave.getDirectionalDerivative(at[:-1], at[-1:], [1.0]))
-
-
-def test_derivatives_and_their_slopes_have_the_bits_of_python(unit):
-    """Slopes are those of dual numbers, which test_compiled.py holds to differences."""
-    from heli_plant.dual import seed_duals, slopes, with_duals
-
+def test_derivatives_have_the_bits_of_python(unit):
     model = modelled(unit, {**BASE, **EFFECTS})
     model.set("v_front", VOLTAGES[0])
     model.set("v_rear", VOLTAGES[1])
     states = [f"state.{name}" for name, _, _ in STATES]
     rates = [f"der({name})" for name in states]
     x = model.get(*states)
-    p = from_names(EFFECTS)
-    assert model.get(*rates) == list(rates_of_change(0.0, *x, *VOLTAGES, 0.0, 0.0, p))
-    duals = seed_duals([*x, *VOLTAGES, 0.0])
-    expected = slopes(with_duals(rates_of_change)(0.0, *duals, 0.0, p), 13)
-    for column, known in enumerate([*states, "v_front", "v_rear", "mass_position"]):
-        assert slopes_of(model, rates, known) == expected[:, column].tolist()
-    assert slopes_of(model, OUTPUTS, "state.bending") == [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]
-    with pytest.raises(FMICallException):
-        slopes_of(model, rates, "pitch.damping")
+    assert model.get(*rates) == list(rates_of_change(0.0, *x, *VOLTAGES, 0.0, 0.0, from_names(EFFECTS)))
 
 
 @pytest.mark.parametrize("begin", [0.7, 1e8])
@@ -116,8 +100,6 @@ def test_an_event_in_time_passes_at_any_start_and_a_state_that_is_restored_keeps
     assert update()[-1] == np.inf
     model.restore(model.saved())
     assert model.get("der(state.elevation_rate)") != before and update()[-1] == np.inf
-    model.slave.terminate()
-    assert slopes_of(model, ["der(state.pitch)"], "state.pitch_rate") == [1.0]  # may still be read
 
 
 def test_what_is_no_differential_equation_is_refused_and_parameters_are_fixed_once_it_is_initialised(unit):

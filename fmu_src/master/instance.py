@@ -13,7 +13,6 @@ import shutil
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from ctypes import byref, c_double, c_size_t, c_void_p, cast
-from numbers import Real
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote_to_bytes
@@ -30,14 +29,12 @@ from heli_identifier.files import check_zip
 from heli_plant.errors import did_you_mean
 
 from ..errors import MasterError
-from ..variables import TYPES, Value
+from ..variables import LARGEST, TYPES, Value, Variable, problem_with
 
 Array = NDArray[np.float64]
 
 WARNING = 1
 _STATUSES = ("ok", "warning", "discard", "error", "fatal", "pending")
-
-_TYPE_WORDS = {"Real": "a number", "Integer": "a whole number of 32 bits", "Boolean": "true or false", "String": "text"}
 
 _INSTANCES: dict[int, Instance] = {}  # by component environment: fmpy's logger proxy serves one callback per process
 
@@ -52,13 +49,8 @@ def _receive_message(environment: int | None, _name: bytes, status: int, _catego
 
 _LOGGER = fmi2CallbackLoggerTYPE(_receive_message)
 
-WATCHDOGS: list[Callable[[], object]] = []  # each call restarts a watchdog, which ends the process if a unit hangs
-
-
-def restart_watchdogs() -> None:
-    """Restart all watchdogs, because the units have answered."""
-    for restart in WATCHDOGS:
-        restart()
+restart_watchdog: Callable[[], object] = int  # does nothing
+"""Called when units have answered; a process of its own has a watchdog here, which ends it if a unit hangs."""
 
 
 def unpack(name: str, fmu: Path, folder: Path) -> Any:
@@ -80,21 +72,11 @@ def unpack(name: str, fmu: Path, folder: Path) -> Any:
     return description
 
 
-def _fits(value: Any, kind: str) -> bool:
-    """Return whether a value can be converted to an FMI type without a change; its range is checked by the unit."""
-    is_number = isinstance(value, (Real, np.bool_))
-    if kind in ("Real", "String"):
-        return is_number if kind == "Real" else isinstance(value, str)
-    if kind == "Boolean":
-        return is_number and value in (True, False)
-    return is_number and -(2**31) <= value < 2**31 and value == int(value)
-
-
 class Instance:
     """An instantiated unit, with its name in the scenario; its FMU is unpacked into the new folder ``folder``."""
 
     def __init__(self, name: str, fmu: Path, folder: Path) -> None:
-        restart_watchdogs()
+        restart_watchdog()
         self.name, self.folder = name, str(folder)
         self.messages: list[str] = []  # its log
         self.worst = np.zeros(1, dtype=np.int64)  # the worst status of a message
@@ -109,7 +91,11 @@ class Instance:
             )  # fmt: skip
             self.play = getattr(self.slave.dll, "heli_play", None)  # the loop in C, of native units of this project
             if (folder / "resources" / "slavemodule.txt").is_file():
-                self._pass_plain_resource_path()
+                # a plain path for a pythonfmu unit: of a URI it would decode %20 alone, and crash on ü or #
+                call = self.slave.fmi2Instantiate
+                self.slave.fmi2Instantiate = lambda name, kind, guid, resources, *rest: call(
+                    name, kind, guid, unquote_to_bytes(resources), *rest
+                )
             memory = defaultCallbacks.allocateMemory, defaultCallbacks.freeMemory
             callbacks = fmi2CallbackFunctions(_LOGGER, *memory, componentEnvironment=id(self))
             addLoggerProxy(byref(callbacks))
@@ -117,16 +103,6 @@ class Instance:
         except BaseException:
             self.close()
             raise
-
-    def _pass_plain_resource_path(self) -> None:
-        """Pass a pythonfmu unit a plain path: of a URI it would decode %20 alone, and crash on ü or #."""
-        if "%20" in self.folder:
-            problem = f"{self.name} cannot be unpacked into {self.folder}: its library takes %20 in a path for a blank"
-            raise MasterError(f"{problem}; set TMPDIR to another folder")
-        call = self.slave.fmi2Instantiate
-        self.slave.fmi2Instantiate = lambda name, kind, guid, resources, *rest: call(
-            name, kind, guid, unquote_to_bytes(resources), *rest
-        )
 
     def check(self, call: str, time: float, status: int = 0) -> None:
         """Raise MasterError if the status of ``call`` at ``time`` [s], or one in the log, is worse than a warning."""
@@ -161,19 +137,22 @@ class Instance:
 
     def initialise(self, parameters: Mapping[str, Value], start: float, stop: float) -> None:
         """Set the parameters and enter initialisation mode at ``start`` [s]."""
-        restart_watchdogs()
+        restart_watchdog()
         self._call("setupExperiment", start, self.slave.setupExperiment, startTime=start, stopTime=stop)
         for name, value in parameters.items():
             variable = self.variable(name, "parameter")
-            setter = getattr(self.slave, f"set{variable.type}")
-            if not _fits(value, variable.type):
-                raise MasterError(f"{self.name}.{name} = {value!r} must be {_TYPE_WORDS[variable.type]}")
-            self._call(f"set {name}", start, setter, [variable.valueReference], [TYPES[variable.type](value)])
+            kind = variable.type.replace("Enumeration", "Integer")
+            low, high = (-(2**31), 2**31 - 1) if kind == "Integer" else (-LARGEST, LARGEST)  # what FMI 2.0 can pass
+            full = Variable(f"{self.name}.{name}", "parameter", "", kind, minimum=low, maximum=high)
+            if problem := problem_with(full, value):
+                raise MasterError(problem)
+            setter = getattr(self.slave, f"set{kind}")
+            self._call(f"set {name}", start, setter, [variable.valueReference], [TYPES[kind](value)])
         self._call("enterInitializationMode", start, self.slave.enterInitializationMode)
 
     def finish_initialisation(self, start: float) -> None:
         """Leave initialisation mode."""
-        restart_watchdogs()
+        restart_watchdog()
         self._call("exitInitializationMode", start, self.slave.exitInitializationMode)
 
     def reset(self) -> None:

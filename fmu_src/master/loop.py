@@ -8,25 +8,28 @@ functions of all units by their addresses.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from ctypes import c_double, c_int64, c_size_t, c_void_p
 from pathlib import Path
 from time import perf_counter, sleep
+from typing import Any
 
 import numpy as np
+from rich.console import Console
+from rich.progress import track
 
 from heli_identifier.files import draft_folder
 from heli_plant.errors import did_you_mean
 
-from ..errors import MasterError, WiringError
+from ..errors import MasterError, WiringError, check_mapping
 from ..variables import Value
 from ..wiring import Scenario, scenario, whole_steps
-from .instance import Array, Instance, restart_watchdogs
+from . import instance
+from .instance import Array, Instance
 from .result import Bands, Result
 
-STRIDE = 1000  # steps between two restarts of the watchdogs
-LONGEST_SLEEP = 1.0  # the same in a run in real time that waits for its next step [s]
+STRIDE = 1000  # steps between two restarts of the watchdog
 SHARE = 0.95  # share of many runs inside a band
 _LOOP_TYPES = 2 * (c_void_p, c_size_t) + (c_void_p, c_void_p, c_size_t, c_void_p, c_int64, c_int64, c_double, c_void_p)
 MOST_NUMBERS = 5e7  # most values stored of many runs (400 MB); of longer runs only every n-th instant is stored
@@ -73,21 +76,18 @@ def run(
     Returns
     -------
     Result
-        N = duration/step + 1 rows.
-
-    Raises
-    ------
-    WiringError, MasterError, BuildError
-        An unknown name, a value that a unit refuses, a status worse than a warning: with unit, call and time; every
-        varied run is refused.
+        N = duration/step + 1 rows. WiringError or BuildError names an argument that does not fit, MasterError a unit
+        that refuses a call, with call and time.
     """
     wiring = scenario(scenario_name)
     steps, parameters = whole_steps(duration, step), parameters or {}
     by_unit = wiring.parameters_by_unit(parameters)
-    inputs = {target: values[:steps] for target, values in (inputs or {}).items()}
-    for target, values in inputs.items():
-        if len(values) < steps:
-            raise WiringError(f"inputs: {target} has {len(values)} values, {steps} steps need as many")
+    check_mapping("inputs", inputs or {})
+    for name, given in {"record": record or (), "variations": variations}.items():
+        if not isinstance(given, Collection):
+            raise WiringError(f"{name} = {given!r} must be a list")
+    varied_by_unit = [wiring.parameters_by_unit(parameters, variation) for variation in variations]
+    inputs = {target: _as_column(target, values, steps) for target, values in (inputs or {}).items()}
     with instantiate_units(wiring, fmus or {}, native or bool(variations)) as units:
         in_python = [name for name, unit in units.items() if unit.play is None]
         if variations and in_python:
@@ -99,10 +99,11 @@ def run(
             """Fill ``values``; return the wall time of the steps [s]."""
             values[0] = wired.start(by_unit, steps * step)
             start_time, stride = perf_counter(), 1 if wiring.in_real_time else STRIDE
-            for first in _count_steps(range(0, steps, stride), progress, wiring.title):
+            blocks = range(0, steps, stride)
+            for first in track(blocks, wiring.title, console=Console(stderr=True)) if progress else blocks:
                 if wiring.in_real_time:
-                    _wait_until(start_time + first * step)
-                restart_watchdogs()
+                    sleep(max(0.0, start_time + first * step - perf_counter()))
+                instance.restart_watchdog()
                 wired.play(values[first + 1 : first + 1 + stride], first)
             return perf_counter() - start_time
 
@@ -112,16 +113,27 @@ def run(
             stride = max(1, int(np.ceil((len(variations) + 1) * values.size / MOST_NUMBERS)))
             time, nominal = time[::stride], values[::stride].copy()
             varied, refused = np.empty((len(variations), *nominal.shape)), list[str]()
-            for number, variation in enumerate(variations):
+            for number, variation in enumerate(varied_by_unit):
                 for unit in units.values():
                     unit.reset()
                 try:
-                    seconds += run_once(wiring.parameters_by_unit({**parameters, **variation}))
+                    seconds += run_once(variation)
                     varied[number - len(refused)] = values[::stride]
                 except MasterError as problem:
                     refused.append(str(problem))
             bands = _run_bands(varied[: len(variations) - len(refused)], tuple(refused))
     return Result(wired.names, wired.physical_units, time, nominal, seconds, bands)
+
+
+def _as_column(target: str, values: Any, steps: int) -> Array:
+    """Return the values of an input as an array, one for each step."""
+    try:
+        column = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        column = np.empty(0)
+    if column.ndim != 1 or len(column) < steps:
+        raise WiringError(f"inputs: {target} has {np.size(values)} values, {steps} steps need as many numbers in a row")
+    return column[:steps]
 
 
 def _run_bands(runs: Array, refused: tuple[str, ...]) -> Bands:
@@ -162,12 +174,11 @@ class Wired:
         wires = {f"{c.target_unit}.{c.target}": f"{c.source_unit}.{c.source}" for c in wiring.connections}
         source_names = set(wires.values())
         for name in (*sorted(source_names), *(record or ())):
-            if name not in all_outputs:
-                raise WiringError(f"scenario {wiring.name} has no output {name!r}{did_you_mean(name, all_outputs)}")
+            if not isinstance(name, str) or name not in all_outputs:
+                hint = did_you_mean(str(name), all_outputs)
+                raise WiringError(f"scenario {wiring.name} has no output {name!r}{hint}")
         for name in inputs:
-            if name.partition(".")[0] not in units:
-                known = ", ".join(units)
-                raise WiringError(f"inputs: {name} is of no unit of scenario {wiring.name}, which has {known}")
+            wiring.check_unit(name.partition(".")[0])
             if name in wires:
                 raise WiringError(f"inputs: {name} is connected to {wires[name]} in scenario {wiring.name}")
         read = all_outputs.keys() if record is None else {*record, *source_names}
@@ -232,20 +243,3 @@ class Wired:
                 unit.advance(k * self.step, self.step)
                 unit.get_outputs(k * self.step)
             row[:] = self.outputs
-
-
-def _wait_until(due: float) -> None:
-    """Wait until :func:`perf_counter` reaches the time ``due`` [s]."""
-    while (rest := due - perf_counter()) > 0.0:
-        restart_watchdogs()
-        sleep(min(rest, LONGEST_SLEEP))
-
-
-def _count_steps(steps: range, progress: bool, title: str) -> Iterable[int]:
-    """Return ``steps``, with a progress bar on the error stream if ``progress``."""
-    if not progress:
-        return steps
-    from rich.console import Console
-    from rich.progress import track
-
-    return track(steps, title, console=Console(stderr=True))

@@ -95,7 +95,7 @@ def main() -> NoReturn:
     folder = Path(sys.argv[1])
     order = pickle.loads((folder / "order").read_bytes())
     with open(folder / "hung", "w") as hung:
-        instance.WATCHDOGS.append(partial(faulthandler.dump_traceback_later, PATIENCE, exit=True, file=hung))
+        instance.restart_watchdog = partial(faulthandler.dump_traceback_later, PATIENCE, exit=True, file=hung)
         try:
             answer: Result | FmuError = loop.run(**order)
         except FmuError as error:

@@ -20,11 +20,11 @@ from ..errors import BuildError
 from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, SlaveBase
 from ..variables import Variable
 from ..vendoring import content_guid
-from .definitions import DEFINITIONS, Exchange
+from .definitions import DEFINITIONS, MODEL_EXCHANGE, Definition
 from .toolchain import compile_all
 from .translator.program import Translation, functions, header, render_types, source
 from .translator.types import Struct, annotation_type
-from .translator.values import quote
+from .translator.values import literal
 
 NATIVE_UNITS = tuple(DEFINITIONS)
 """Units that exist in C; the others run in Python only."""
@@ -46,53 +46,47 @@ def native_unit(
     if unit not in DEFINITIONS:
         names = ", ".join(DEFINITIONS)
         raise BuildError(f"{unit} runs in Python only; there is C for {names}. Leave native away for it")
-    exchange = DEFINITIONS[unit].exchange if model_exchange else None
-    if model_exchange and exchange is None:
-        names = ", ".join(name for name, definition in DEFINITIONS.items() if definition.exchange)
+    if model_exchange and unit not in MODEL_EXCHANGE:
+        names = ", ".join(MODEL_EXCHANGE)
         raise BuildError(f"{unit} has no model exchange, because it works at sampling instants; {names} has")
-    variables += exchange.variables if exchange else ()
-    sources = _sources(kind, variables, fmi, exchange)
+    definition = (MODEL_EXCHANGE if model_exchange else DEFINITIONS)[unit]
+    variables += definition.state_variables
+    sources = _sources(definition, kind, variables, fmi)
     token = content_guid(sources)  # the same one on every machine
-    sources["token.c"] = f'#include "unit.h"\n\nconst char UNIT_TOKEN[] = {quote(token)};\n'
+    sources["token.c"] = f'#include "unit.h"\n\nconst char UNIT_TOKEN[] = {literal(token)};\n'
     compiled = sorted(name for name in sources if name.endswith(".c"))
     binaries = compile_all(sources, unit, fmi, all_platforms)
     entries = binaries | {f"sources/{name}": text.encode() for name, text in sources.items()}
     entries["sources/buildDescription.xml"] = render_xml("buildDescription.xml", identifier=unit, compiled=compiled)
     platforms = ", ".join(sorted(path.split("/")[1] for path in binaries)) or "no platform"
-    states = len(exchange.states) if exchange else 0
     return entries, {
         "variables": variables, "token": token, "fmi": fmi, "tool": TOOL, "platforms": platforms, "sources": compiled,
-        "states": states,
+        "states": len(definition.states),
     }  # fmt: skip
 
 
 @cache
-def _model(unit: str, with_exchange: bool) -> tuple[str, str]:
+def _model(definition: Definition) -> tuple[str, str]:
     """Return model.h and model.c: the translation of a unit's functions."""
-    definition = DEFINITIONS[unit]
     translation = Translation(definition.externals)
-    exchange = definition.exchange if with_exchange else None
-    for entry in (*definition.entries, *(exchange.entries if exchange else ())):
+    for entry in definition.entries:
         translation.translate_entry(*(entry if isinstance(entry, tuple) else (entry,)))
     if definition.settings is not None:
         translation.define_type(Struct(definition.settings))
     return header(translation, annotation_type(definition.memory)), source(translation)
 
 
-def _sources(
-    unit: type[SlaveBase], variables: Sequence[Variable], fmi: int, exchange: Exchange | None
-) -> dict[str, str]:
+def _sources(definition: Definition, unit: type[SlaveBase], variables: Sequence[Variable], fmi: int) -> dict[str, str]:
     """Return every source of a unit by its file name, except that of its token."""
-    definition = DEFINITIONS[unit.__name__]
-    names = [*RUNTIME, f"fmi{fmi}.c", *definition.files, *([exchange.file] if exchange else [])]
+    names = [*RUNTIME, f"fmi{fmi}.c", *definition.files]
     sources = {name: files(__package__).joinpath("c", name).read_text(encoding="utf-8") for name in names}
     sources |= {name: files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8") for name in HEADERS[fmi]}
-    sources["model.h"], sources["model.c"] = _model(unit.__name__, exchange is not None)
+    sources["model.h"], sources["model.c"] = _model(definition)
     settings = getattr(definition.settings, "__name__", None)
     sources["variables.h"] = render("variables.h.j2", variables=variables, settings=settings, reference=reference)
     sources["variables.c"] = render(
-        "variables.c.j2", unit=unit, variables=variables, exchanged=exchange is not None, longest_step=LONGEST_STEP,
-        clock_tolerance=CLOCK_TOLERANCE, quoted=quote, number=lambda value: repr(float(value)),
+        "variables.c.j2", unit=unit, variables=variables, exchanged=bool(definition.states), longest_step=LONGEST_STEP,
+        clock_tolerance=CLOCK_TOLERANCE, quoted=literal, number=lambda value: repr(float(value)),
     )  # fmt: skip
     return sources
 
@@ -123,4 +117,4 @@ def _constant(value: Any) -> str:
     if isinstance(value, tuple):
         separator = ",\n    " if any(isinstance(item, tuple) for item in value) else ", "
         return f"{{{separator.join(map(_constant, value))}}}"
-    return str(value).lower() if isinstance(value, bool) else repr(value)
+    return literal(value)

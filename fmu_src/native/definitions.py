@@ -3,30 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from heli_identifier import online
 from heli_identifier.online import excitation
 from heli_plant import communication, control, laws, motor, plant, state, state_feedback
-from heli_plant.dual import Dual
 from heli_plant.parameters import PlantParameters
 
 from .. import slave_base
-from ..units import adaptive_identifier
+from ..units import adaptive_identifier, controllers
 from ..variables import Variable
 
 
-@dataclass(frozen=True)
-class Exchange:
-    """Model Exchange of a unit."""
+@dataclass(frozen=True, eq=False)
+class Definition:
+    """A unit in C."""
 
-    file: str  # in C; it connects the translated functions with states, rates and slopes
-    entries: tuple[Any, ...]  # functions that it calls, as in Definition
-    states: tuple[tuple[str, str, float], ...]  # name, unit and nominal value of each continuous state
+    files: tuple[str, ...]  # in C; the first connects the translated functions with the unit's variables
+    entries: tuple[Any, ...] = ()  # functions that it calls; in a tuple with types that replace or add annotations
+    settings: type | None = None  # struct that is filled from the variables that name a field of it
+    memory: Any = type(None)  # annotation of the unit's memory between steps
+    externals: Mapping[Callable[..., Any], str] = field(default_factory=dict)  # names in C of functions by hand
+    states: tuple[tuple[str, str, float], ...] = ()  # of Model Exchange: name, unit and nominal value of each
 
     @property
-    def variables(self) -> tuple[Variable, ...]:
+    def state_variables(self) -> tuple[Variable, ...]:
         """The states, which follow the unit's variables, and then their derivatives."""
         states = tuple(
             Variable(f"state.{name}", "local", f"continuous state: {name.replace('_', ' ')}", unit=unit, nominal=size)
@@ -38,52 +40,26 @@ class Exchange:
         )
 
 
-@dataclass(frozen=True)
-class Definition:
-    """A unit in C."""
-
-    files: tuple[str, ...]  # in C; the first connects the translated functions with the unit's variables
-    entries: tuple[Any, ...] = ()  # functions that it calls; in a tuple with types that replace or add annotations
-    settings: type | None = None  # struct that is filled from the variables that name a field of it
-    memory: Any = type(None)  # annotation of the unit's memory between steps
-    externals: Mapping[Callable[..., Any], str] = field(default_factory=dict)  # names in C of functions by hand
-    exchange: Exchange | None = None
-
-
 _PARAMETERS = {"p": PlantParameters}
-_MOTION = dict.fromkeys(("th", "ep", "la", "w1", "w2", "w3", "q", "w_q"), Dual)
-_PLANT_EXCHANGE = Exchange(
-    "plant_exchange.c",
+_PLANT = Definition(
+    ("plant.c", "plant.h"),
     (
-        plant.rates_of_change, (laws.next_step_time, {"time": float} | _PARAMETERS),
-        (
-            plant.rates_of_change,
-            _MOTION | dict.fromkeys(("nu_front", "nu_rear", "v_front", "v_rear", "mass_position"), Dual),
-        ),
-        (plant.measured_motion, _MOTION),
+        communication.start_memory, communication.communicate, communication.is_finite, communication.read_sensors,
+        state.start_state, (laws.motor_time_constant, _PARAMETERS), (laws.input_delay, _PARAMETERS),
+        slave_base.check_substeps,
     ),
-    plant.STATES,
+    PlantParameters,
+    communication.PlantMemory,
 )  # fmt: skip
-"""HelicopterPlant as a differential equation, with slopes by states and continuous inputs."""
 
 DEFINITIONS = {
-    "HelicopterPlant": Definition(
-        ("plant.c", "plant.h"),
-        (
-            communication.start_memory, communication.communicate, communication.is_finite, communication.read_sensors,
-            state.start_state, (laws.motor_time_constant, _PARAMETERS), (laws.input_delay, _PARAMETERS),
-            slave_base.check_length,
-        ),
-        PlantParameters,
-        communication.PlantMemory,
-        exchange=_PLANT_EXCHANGE,
-    ),
+    "HelicopterPlant": _PLANT,
     "AdaptiveIdentifier": Definition(
         ("identifier.c",),
         (
             online.prepare, online.is_due, online.next_due, online.take_sample, online.begin_sampling,
             online.before_samples, online.default_settings, online.is_closed, adaptive_identifier.output_values,
-            adaptive_identifier.check_estimate, slave_base.check_due,
+            adaptive_identifier.check_estimate, slave_base.check_substeps,
             (online.IdentifierSettings.__post_init__, {"self": online.IdentifierSettings}),
         ),
         online.IdentifierSettings,
@@ -91,16 +67,13 @@ DEFINITIONS = {
     ),
     "PidController": Definition(
         ("pid.c",),
-        (control.pid_step, control.start_pid, control.step_references, motor.saturate),
+        (controllers.pid_voltages, motor.saturate),
         control.PidSettings,
         control.PidState | None,
     ),
     "StateFeedback": Definition(
         ("state_feedback.c",),
-        (
-            state_feedback.sample_and_hold, state_feedback.start_sampled_feedback, control.step_references,
-            motor.saturate,
-        ),
+        (controllers.feedback_voltages, motor.saturate),
         state_feedback.FeedbackSettings,
         state_feedback.SampledFeedback | None,
     ),
@@ -112,6 +85,16 @@ DEFINITIONS = {
         ),
         externals={excitation.phases: "phases"},
     ),
-    "LogPlayer": Definition(("player.c",)),  # its file is read in C
+    "LogPlayer": Definition(("player.c",), (slave_base.time_tolerance,)),  # its file is read in C
 }  # fmt: skip
 """By the unit's name."""
+
+MODEL_EXCHANGE = {
+    "HelicopterPlant": replace(
+        _PLANT,
+        files=(*_PLANT.files, "plant_exchange.c"),
+        entries=(*_PLANT.entries, plant.rates_of_change, (laws.next_step_time, {"time": float} | _PARAMETERS)),
+        states=plant.STATES,
+    ),
+}
+"""Units that have Model Exchange beside co-simulation; their last file connects states, rates and events."""

@@ -52,16 +52,12 @@ def _machine() -> Platform | None:
 
 
 def find_compiler(target: Platform) -> list[str] | None:
-    """Return the command that compiles for a platform, or None if there is none.
-
-    For Linux ziglang comes first: its binaries run with older C libraries. Its first build for Windows takes long.
-    """
-    has_zig = importlib.util.find_spec("ziglang") is not None
-    zig = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig_target] if has_zig else None
-    if target is LINUX and (has_zig or _machine() is not LINUX):
-        return zig
-    compiler = next(filter(None, map(shutil.which, target.system_compilers)), None)
-    return [compiler] if compiler else zig
+    """Return the command that compiles for a platform, or None; binaries of ziglang run with older C libraries."""
+    if importlib.util.find_spec("ziglang") is not None:
+        return [sys.executable, "-m", "ziglang", "cc", "-target", target.zig_target]
+    names = target.system_compilers if target is not LINUX or _machine() is LINUX else ()
+    compiler = next(filter(None, map(shutil.which, names)), None)
+    return [compiler] if compiler else None
 
 
 def missing_compilers(all_platforms: bool = False) -> str | None:

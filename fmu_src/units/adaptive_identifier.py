@@ -12,7 +12,7 @@ from heli_identifier import online
 from heli_plant.parameters import BY_FIELD
 
 from ..errors import Refusal
-from ..slave_base import SlaveBase, check_due
+from ..slave_base import SlaveBase, check_substeps
 from ..variables import Variable, for_each, output, parameter, setting
 from .signals import ANGLE_INPUTS, AXES, REFERENCE_INPUTS, VOLTAGE_INPUTS
 
@@ -127,7 +127,8 @@ class AdaptiveIdentifier(SlaveBase):
         if self.sampled is None:
             self.sampled = online.begin_sampling(time, measured, self.plan, references)
             return
-        check_due(time - online.next_due(self.sampled, self.plan), self.plan.settings.sample_time, time)
+        late = time - online.next_due(self.sampled, self.plan)
+        check_substeps(late, self.plan.settings.sample_time, "sample.time", time)
         sampled, estimate = online.take_samples(self.sampled, time, measured, self.plan, references)
         if estimate is not None:
             check_estimate(estimate.parameters, time, measured)

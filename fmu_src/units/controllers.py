@@ -6,14 +6,14 @@ They read angles, and an excitation that is added to the voltages; their referen
 from __future__ import annotations
 
 from functools import partial
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from heli_plant import control, state_feedback
 from heli_plant.motor import saturate
 
-from ..slave_base import SlaveBase
+from ..slave_base import SlaveBase, time_tolerance
 from ..variables import Variable, for_each, parameter, real_input, setting
-from .signals import ANGLE_INPUTS, AXES, ROTORS, TIME_TOLERANCE, VOLTAGE_BOUND, voltage_outputs
+from .signals import ANGLE_INPUTS, AXES, ROTORS, VOLTAGE_BOUND, voltage_outputs
 
 
 def controller_variables(*voltages_depend_on: str) -> tuple[Variable, ...]:
@@ -28,14 +28,10 @@ def controller_variables(*voltages_depend_on: str) -> tuple[Variable, ...]:
     )
 
 
-class Controller(SlaveBase):
-    """A sampled controller."""
-
-    def references_at(self, time: float) -> tuple[float, float, float]:
-        """Return the references of pitch, elevation and travel [rad] at ``time`` [s]."""
-        pitch, elevation, travel, pitch_step, elevation_step, travel_step, step_time = self.values[7:14]
-        references, steps = (pitch, elevation, travel), (pitch_step, elevation_step, travel_step)
-        return control.step_references(references, steps, time - self.start_time, step_time - TIME_TOLERANCE)
+Five = tuple[float, float, float, float, float]
+"""Pitch, elevation and travel [rad], and what is added to the front and the rear voltage [V]."""
+Seven = tuple[float, float, float, float, float, float, float]
+"""References of the three angles [rad], their steps [rad], and the time of these steps [s]."""
 
 
 _PID = control.PidSettings()
@@ -45,7 +41,20 @@ _TRAVEL_GAINS = (("proportional", "1"), ("integral", "1/s"), ("derivative", "s")
 _GAINS = [(axis, *gain) for axis in AXES for gain in (_TRAVEL_GAINS if axis == "travel" else _VOLTAGE_GAINS)]
 
 
-class PidController(Controller):
+def pid_voltages(
+    state: control.PidState | None, inputs: Five, given: Seven, time: float, since: float, step: float,
+    s: control.PidSettings,
+) -> tuple[control.PidState, tuple[float, float]]:  # fmt: skip
+    """Return the state and the voltages (front, rear) [V] after a ``step`` from ``time``, ``since`` the start [s]."""
+    pitch, elevation, travel, more_front, more_rear = inputs
+    rise_time = given[6] - time_tolerance(time, since, step)
+    references = control.step_references(given[:3], given[3:6], since, rise_time)
+    before = control.start_pid(pitch, elevation, travel) if state is None else state
+    after, (front, rear) = control.pid_step(before, pitch, elevation, travel, references, step, s)
+    return after, (saturate(front + more_front, s.voltage_limit), saturate(rear + more_rear, s.voltage_limit))
+
+
+class PidController(SlaveBase):
     """Reads the angles at each communication point and shows the resulting voltages at the next one."""
 
     variables: ClassVar[tuple[Variable, ...]] = (
@@ -64,18 +73,14 @@ class PidController(Controller):
         """Read the settings; show the trim voltages."""
         self.pid = self.settings(_PID)
         self.state: control.PidState | None = None
-        self._show(0.5 * self.pid.trim, 0.5 * self.pid.trim)
+        self.show(2 * [saturate(0.5 * self.pid.trim, self.pid.voltage_limit)])
 
     def advance(self, time: float, step_size: float) -> None:
         """Read the angles at ``time`` [s]; show the voltages of ``time + step_size``."""
-        pitch, elevation, travel, more_front, more_rear = self.values[:5]
-        state = control.start_pid(pitch, elevation, travel) if self.state is None else self.state
-        references = self.references_at(time)
-        self.state, (front, rear) = control.pid_step(state, pitch, elevation, travel, references, step_size, self.pid)
-        self._show(front + more_front, rear + more_rear)
-
-    def _show(self, v_front: float, v_rear: float) -> None:
-        self.show(saturate(voltage, self.pid.voltage_limit) for voltage in (v_front, v_rear))
+        values: Any = self.values
+        since = time - self.start_time
+        self.state, voltages = pid_voltages(self.state, values[:5], values[7:14], time, since, step_size, self.pid)
+        self.show(voltages)
 
 
 _FEEDBACK = state_feedback.FeedbackSettings()
@@ -121,7 +126,20 @@ def _unit_of(name: str) -> str:
     return "rad/s" if name.endswith("_rate") else "rad"
 
 
-class StateFeedback(Controller):
+def feedback_voltages(
+    held: state_feedback.SampledFeedback | None, inputs: Five, given: Seven, time: float, since: float, step: float,
+    s: state_feedback.FeedbackSettings,
+) -> state_feedback.SampledFeedback:  # fmt: skip
+    """Return the controller, with its voltages, after a ``step`` from ``time``, ``since`` the start [s]."""
+    pitch, elevation, travel, more_front, more_rear = inputs
+    early = time_tolerance(time, since, step)
+    references = control.step_references(given[:3], given[3:6], since, given[6] - early)
+    before = state_feedback.start_sampled_feedback(pitch, elevation, travel, s) if held is None else held
+    angles, added = state_feedback.Angles(pitch, elevation, travel), state_feedback.Rotors(more_front, more_rear)
+    return state_feedback.sample_and_hold(before, since, step, early, angles, references, added, s)
+
+
+class StateFeedback(SlaveBase):
     """Reads the angles at its sampling instants and shows the resulting voltages one period later."""
 
     variables: ClassVar[tuple[Variable, ...]] = (
@@ -147,12 +165,7 @@ class StateFeedback(Controller):
 
     def advance(self, time: float, step_size: float) -> None:
         """Read the angles at ``time`` [s]; show the voltages of ``time + step_size``."""
-        s = self.feedback
-        pitch, elevation, travel, more_front, more_rear = self.values[:5]
-        since, references = time - self.start_time, self.references_at(time)
-        held = self.held
-        if held is None:
-            held = state_feedback.start_sampled_feedback(pitch, elevation, travel, s)
-        angles, added = state_feedback.Angles(pitch, elevation, travel), state_feedback.Rotors(more_front, more_rear)
-        self.held = state_feedback.sample_and_hold(held, since, step_size, angles, references, added, s)
+        values: Any = self.values
+        since = time - self.start_time
+        self.held = feedback_voltages(self.held, values[:5], values[7:14], time, since, step_size, self.feedback)
         self.show((self.held.v_front, self.held.v_rear))

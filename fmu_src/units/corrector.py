@@ -9,7 +9,7 @@ from heli_identifier import following
 from heli_plant.observer import CORRECTED
 from heli_plant.parameters import PARAMETERS, check_parameters
 
-from ..slave_base import CLOCK_TOLERANCE, SlaveBase, check_due
+from ..slave_base import SlaveBase, check_substeps, time_tolerance
 from ..variables import Variable, for_each, output, parameter, real_input, setting
 from .signals import ANGLE_INPUTS, AXES, VOLTAGE_INPUTS
 
@@ -83,10 +83,11 @@ class Corrector(SlaveBase):
             self.first = time
             self.state = following.start_correcting(self.plan, now)
             return
-        check_due(time - self.first - (self.state.instants + 1) * period, period, time)
-        state = self.state
-        while self.first + (state.instants + 1) * period <= time + CLOCK_TOLERANCE * period:
-            is_last = self.first + (state.instants + 2) * period > time + CLOCK_TOLERANCE * period
+        elapsed, state = time - self.first, self.state
+        check_substeps(elapsed - (state.instants + 1) * period, period, "sample.time", time)
+        due = elapsed + time_tolerance(time, elapsed, min(step_size, period))
+        while (state.instants + 1) * period <= due:
+            is_last = (state.instants + 2) * period > due
             state, events = following.correct(state, now if is_last else now._replace(fresh=0.0), self.plan)
             self.reports += len(events)
             self.last = events[-1] if events else self.last

@@ -12,7 +12,7 @@ from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, check_pa
 from heli_plant.state import rest_state, start_state
 
 from ..errors import Refusal
-from ..slave_base import SlaveBase, check_length
+from ..slave_base import SlaveBase, check_substeps
 from ..variables import Variable, for_each, output, parameter, real_input
 from .signals import ANGLE_BOUND, AXES, RATE_BOUND, ROTORS, VOLTAGE_BOUND, VOLTAGE_INPUTS
 
@@ -93,7 +93,7 @@ class HelicopterPlant(SlaveBase):
 
     def _step(self, memory: PlantMemory, v_front: float, v_rear: float, time: float, step_size: float) -> PlantMemory:
         """Return the memory after a communication step."""
-        check_length(step_size, self.inner_step, time)
+        check_substeps(step_size, self.inner_step, "solver.step", time)
         try:
             new_memory = communicate(
                 memory, v_front, v_rear, self.values[2], time, self.start_time, step_size, self.inner_step, self.delay,

@@ -1,9 +1,8 @@
 """LogPlayer: a measured log as a unit; it feeds measured data to the identifier and the plant.
 
 The log is read with the standard library alone, because a host may have nothing else. Its grammar is strict and small,
-because the player in C (``native/c/player.c``) has the same one: lines that end in LF or CR LF, cells between commas,
-quotes around a complete cell ("" is a quote in it), decimal numbers with a point. Blank lines and blanks around cells
-are ignored.
+because the player in C (``native/c/player.c``) has the same one: lines that end in LF or CR LF, cells between commas
+without quotes, decimal numbers with a point. Blank lines and blanks around cells are ignored.
 """
 
 from __future__ import annotations
@@ -11,13 +10,13 @@ from __future__ import annotations
 import os
 import re
 from bisect import bisect_right
-from math import isfinite, nan, radians
+from math import inf, isfinite, nan, radians
 from typing import ClassVar, NamedTuple
 
 from ..errors import Refusal
-from ..slave_base import CLOCK_TOLERANCE, SlaveBase
+from ..slave_base import SlaveBase, time_tolerance
 from ..variables import Variable, parameter
-from .signals import AXES, TIME_TOLERANCE, measured_outputs
+from .signals import AXES, measured_outputs
 
 _HEADERS = {
     "time": {"time [s]": 1.0},
@@ -28,7 +27,6 @@ _HEADERS = {
 """Accepted headers of the time and of each signal, in the order of a row, with the factor to SI."""
 
 _BLANKS = " \t\r\v\f"
-_CELL = re.compile(r'[ \t\r\v\f]*(?:"((?:[^"]|"")*)"[ \t\r\v\f]*|([^",]*))(,|\Z)')
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _QUOTED_LENGTH = 300  # characters of the file that a message quotes
 
@@ -54,19 +52,19 @@ class LogPlayer(SlaveBase):
     def initialise(self, time: float) -> None:
         """Read the log and show its first row."""
         self.recording = read_recording(self.value("log.path"))
-        self._show(time)
+        self._show(time, inf)
 
     def advance(self, time: float, step_size: float) -> None:
         """Show the row for the end of the step."""
         self._show(time + step_size, step_size)
 
-    def _show(self, time: float, step: float = 0.0) -> None:
-        since_first = time - self.start_time + self.value("log.start")
-        times = self.recording.times
+    def _show(self, time: float, step: float) -> None:
+        elapsed, times = time - self.start_time, self.recording.times
+        since_first = elapsed + self.value("log.start")
         later = bisect_right(times, since_first, 1)
-        if later < len(times):  # a row may come early by a share of the step or of the interval before it
-            tolerance = max(TIME_TOLERANCE, CLOCK_TOLERANCE * min(step, times[later] - times[later - 1]))
-            later += times[later] - since_first <= tolerance
+        if later < len(times):
+            interval = times[later] - times[later - 1]
+            later += times[later] - since_first <= time_tolerance(time, elapsed, min(step, interval))
         self.show(self.recording.rows[later - 1])
 
 
@@ -79,7 +77,7 @@ def read_recording(path: str) -> Recording:
     for number, line in enumerate(lines, 2):
         if not line.strip(_BLANKS):
             continue
-        cells, row = _split_cells(path, number, line), []
+        cells, row = _split_cells(line), []
         for text, index, factor in columns:
             cell = cells[index] if index < len(cells) else ""
             value = (float(cell) if _NUMBER.fullmatch(cell) else nan) * factor
@@ -110,26 +108,19 @@ def _read_text(path: str) -> str:
         raise Refusal(f"the log {path} cannot be read: {getattr(problem, 'strerror', problem)}") from problem
     if "\0" in text:
         raise Refusal(f"the log {path} holds a NUL byte: it is no text")
+    if '"' in text:
+        raise Refusal(f"the log {path} holds a quote: write its cells without quotes")
     return text.removeprefix("\u00ef\u00bb\u00bf")  # the byte order mark of UTF-8
 
 
-def _split_cells(path: str, number: int, line: str) -> list[str]:
+def _split_cells(line: str) -> list[str]:
     """Return the cells of a line without the blanks around them."""
-    cells, position = [], 0
-    while True:
-        match = _CELL.match(line, position)
-        if match is None:
-            raise Refusal(f"the log {path}, row {number}: a quote is not closed, or stands inside of a cell")
-        quoted, plain, comma = match.groups()
-        cells.append((plain if quoted is None else quoted.replace('""', '"')).strip(_BLANKS))
-        position = match.end()
-        if not comma:
-            return cells
+    return [cell.strip(_BLANKS) for cell in line.split(",")]
 
 
 def _find_columns(path: str, line: str) -> list[tuple[str, int, float]]:
     """Return header text, index and factor to SI of the columns of time and each signal."""
-    columns, header = [], _split_cells(path, 1, line)
+    columns, header = [], _split_cells(line)
     for factors in _HEADERS.values():
         indices = [index for index, text in enumerate(header) if text in factors]
         if len(indices) != 1:

@@ -12,8 +12,6 @@ RATE_BOUND = 1e3  # [rad/s]
 AXES = ("pitch", "elevation", "travel")
 ROTORS = ("front", "rear")
 
-TIME_TOLERANCE = 1e-9  # events may come this much early [s], because communication points k H have rounding errors
-
 VOLTAGE_INPUTS = for_each(
     ROTORS, real_input, "v_{}", "V", VOLTAGE_BOUND, 5.0, "voltage of the {} motor, held over the step"
 )

@@ -1,10 +1,11 @@
-/* Model Exchange: states, rates, slopes and events in time, between the importer and a model that has EXCHANGE. */
+/* Model Exchange: states, rates and events in time, between the importer and a model that has EXCHANGE. */
 #include "unit.h"
 
 #include <math.h>
 #include <string.h>
 
-enum { MOST = 32 }; /* states, inputs and outputs of a model */
+enum { MOST = 32 }; /* states of a model */
+#define TIME_TOLERANCE 1e-9 /* [s]; importers round the time of an event */
 
 /* Time since the start at which the laws are computed: before an event up to it, after the event from then on. */
 static double law_time(const Unit *unit)
@@ -128,38 +129,5 @@ Status exchange_update(Unit *unit, double *next)
         unit->stale = true;
     }
     *next = unit->start_time + unit->next_event;
-    return OK;
-}
-
-Status exchange_slopes(
-    Unit *unit, const uint32_t unknowns[], size_t unknown_count, const uint32_t knowns[], size_t known_count,
-    const double seed[], double sensitivity[])
-{
-    double states[MOST] = {0.0}, inputs[MOST] = {0.0}, rates[MOST], outputs[MOST];
-    const Status status = check_ready(unit, "getDirectionalDerivative", NO_STATES, true);
-    if (status != OK)
-        return status;
-    const size_t n = EXCHANGE->states, first = EXCHANGE->first_state, out = EXCHANGE->first_output;
-    for (size_t i = 0; i < known_count; i++) {
-        if (knowns[i] < EXCHANGE->inputs)
-            inputs[knowns[i]] += seed[i];
-        else if (knowns[i] >= first && knowns[i] < first + n)
-            states[knowns[i] - first] += seed[i];
-        else
-            return unit_log(
-                unit, ERROR, "getDirectionalDerivative: value reference %lu is neither a state nor a continuous input",
-                (unsigned long)knowns[i]);
-    }
-    EXCHANGE->slopes(unit->model, unit, law_time(unit), states, inputs, rates, outputs);
-    for (size_t i = 0; i < unknown_count; i++) {
-        if (unknowns[i] >= first + n && unknowns[i] < first + 2 * n)
-            sensitivity[i] = rates[unknowns[i] - first - n];
-        else if (unknowns[i] >= out && unknowns[i] < out + EXCHANGE->outputs)
-            sensitivity[i] = outputs[unknowns[i] - out];
-        else
-            return unit_log(
-                unit, ERROR, "getDirectionalDerivative: value reference %lu is neither a derivative nor an output",
-                (unsigned long)unknowns[i]);
-    }
     return OK;
 }

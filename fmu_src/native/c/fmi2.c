@@ -38,10 +38,6 @@ PASS(SetupExperiment, (
 PASS(DoStep, (Instance unit, double time, double step, fmi2Boolean no_earlier_state), unit_step, unit, time, step)
 PASS(EnterInitializationMode, (Instance unit), unit_enter_initialisation, unit)
 PASS(GetDerivatives, (Instance unit, double rates[], size_t count), exchange_get_rates, unit, rates, count)
-PASS(GetDirectionalDerivative, (
-         Instance unit, const fmi2ValueReference unknown[], size_t unknowns, const fmi2ValueReference known[],
-         size_t knowns, const double seed[], double sensitivity[]),
-     exchange_slopes, unit, unknown, unknowns, known, knowns, seed, sensitivity)
 NUMBERS(Real, REAL)
 NUMBERS(Integer, INTEGER)
 NUMBERS(Boolean, BOOLEAN)
@@ -54,14 +50,26 @@ fmi2Status fmi2NewDiscreteStates(fmi2Component unit, fmi2EventInfo *info)
     return (fmi2Status)status;
 }
 
+ABSENT(GetDirectionalDerivative, const fmi2ValueReference unknown[], size_t unknowns, const fmi2ValueReference known[],
+       size_t knowns, const fmi2Real seed[], fmi2Real sensitivity[])
 ABSENT(SetRealInputDerivatives, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[], const fmi2Real x[])
 ABSENT(GetRealOutputDerivatives, const fmi2ValueReference vr[], size_t n, const fmi2Integer order[], fmi2Real x[])
 ABSENT_WITH(CancelStep, (Instance unit))
-ABSENT(GetStatus, const fmi2StatusKind kind, fmi2Status *value)
-ABSENT(GetRealStatus, const fmi2StatusKind kind, fmi2Real *value)
-ABSENT(GetIntegerStatus, const fmi2StatusKind kind, fmi2Integer *value)
-ABSENT(GetBooleanStatus, const fmi2StatusKind kind, fmi2Boolean *value)
-ABSENT(GetStringStatus, const fmi2StatusKind kind, fmi2String *value)
+
+/* After a step that was refused: the unit is at the end of the last step, and does not ask to end the run. */
+#define STATUS(Type, type, known, answer) \
+    fmi2Status fmi2Get##Type(fmi2Component unit, const fmi2StatusKind kind, type *value) \
+    { \
+        if (!(known)) \
+            return fmi2Discard; \
+        *value = answer; \
+        return fmi2OK; \
+    }
+STATUS(RealStatus, fmi2Real, kind == fmi2LastSuccessfulTime, ((const Unit *)unit)->reached)
+STATUS(BooleanStatus, fmi2Boolean, kind == fmi2Terminated, fmi2False)
+STATUS(Status, fmi2Status, false, fmi2OK) /* of steps that take place beside the host's work */
+STATUS(IntegerStatus, fmi2Integer, false, 0)
+STATUS(StringStatus, fmi2String, false, NULL)
 
 /* A unit in a master's loop: its functions, its references, and the addresses of its values. */
 typedef struct {

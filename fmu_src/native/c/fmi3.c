@@ -81,7 +81,7 @@ fmi3Status fmi3DoStep(
 {
     const Status status = unit_step(unit, time, step);
     *event = *terminate = *early = fmi3False;
-    *last = status == OK ? time + step : time;
+    *last = ((const Unit *)unit)->reached;
     return (fmi3Status)status;
 }
 
@@ -116,15 +116,6 @@ fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance unit, size_t *count)
     return fmi3OK;
 }
 
-fmi3Status fmi3GetDirectionalDerivative(
-    fmi3Instance unit, const Reference unknowns[], size_t unknown_count, const Reference knowns[], size_t known_count,
-    const fmi3Float64 seed[], size_t seed_count, fmi3Float64 sensitivity[], size_t sensitivity_count)
-{
-    if (!fits(unit, known_count, seed_count) || !fits(unit, unknown_count, sensitivity_count))
-        return fmi3Error;
-    return (fmi3Status)exchange_slopes(unit, unknowns, unknown_count, knowns, known_count, seed, sensitivity);
-}
-
 /* What the model description says that the unit does not offer */
 
 #define NO_TYPE(Type) \
@@ -139,8 +130,11 @@ ABSENT(SetClock, const Reference vr[], size_t n, const fmi3Clock x[])
 ABSENT(GetNumberOfVariableDependencies, Reference vr, size_t *count)
 ABSENT(GetVariableDependencies, Reference dependent, size_t of_dependent[], Reference independents[],
        size_t of_independents[], fmi3DependencyKind kinds[], size_t count)
-ABSENT(GetAdjointDerivative, const Reference unknowns[], size_t unknown_count, const Reference knowns[],
-       size_t known_count, const fmi3Float64 seed[], size_t seeds, fmi3Float64 sensitivity[], size_t sensitivities)
+#define NO_DERIVATIVE(call) \
+    ABSENT(call, const Reference unknowns[], size_t unknown_count, const Reference knowns[], size_t known_count, \
+           const fmi3Float64 seed[], size_t seeds, fmi3Float64 sensitivity[], size_t sensitivities)
+NO_DERIVATIVE(GetDirectionalDerivative)
+NO_DERIVATIVE(GetAdjointDerivative)
 ABSENT_WITH(EnterConfigurationMode, (Instance unit))
 ABSENT_WITH(ExitConfigurationMode, (Instance unit))
 ABSENT(GetIntervalDecimal, const Reference vr[], size_t n, fmi3Float64 x[], fmi3IntervalQualifier qualifiers[])

@@ -43,12 +43,10 @@ static void initialise(Model *model, Unit *unit)
 
 static void advance(Model *model, Unit *unit, double time, double step)
 {
-    const Value *values = unit->values;
-    const Row5 now = {
-        values[REF_v_front].real, values[REF_v_rear].real, values[REF_pitch].real, values[REF_elevation].real,
-        values[REF_travel].real};
-    const Row3 references = {
-        values[REF_pitch_reference].real, values[REF_elevation_reference].real, values[REF_travel_reference].real};
+    Row5 now;
+    Row3 references;
+    unit_read(unit, REF_v_front, &now.x0, 5);
+    unit_read(unit, REF_pitch_reference, &references.x0, 3);
     (void)step;
     if (!model->sampled.some) {
         model->sampled.value = identifier_begin_sampling(&unit->space, time, now, &model->plan, references);
@@ -57,16 +55,10 @@ static void advance(Model *model, Unit *unit, double time, double step)
     }
     Sampled sampled = model->sampled.value;
     const double due = identifier_next_due(&sampled, &model->plan);
-    slave_base_check_due(&unit->space, time - due, model->plan.settings.sample_time, time);
+    slave_base_check_substeps(&unit->space, time - due, model->plan.settings.sample_time, "sample.time", time);
     Row_IdentifierState_IdentifierOutput next;
     bool taken = false;
     for (; identifier_is_due(&sampled, time, &model->plan); taken = true) {
-        if (taken && unit_needs_compacting(unit)) {
-            unit_save_before_step(unit);
-            model->sampled.value = sampled;
-            unit_compact(unit);
-            sampled = model->sampled.value;
-        }
         next = identifier_take_sample(&unit->space, &sampled, time, now, &model->plan, references);
         sampled.state = next.x0;
     }

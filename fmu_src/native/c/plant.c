@@ -43,7 +43,7 @@ static void advance(Model *model, Unit *unit, double time, double step)
 {
     const Value *values = unit->values;
     take_parameters(model, unit);
-    slave_base_check_length(&unit->space, step, model->longest_step, time);
+    slave_base_check_substeps(&unit->space, step, model->longest_step, "solver.step", time);
     const PlantMemory next = communication_communicate(
         &unit->space, &model->memory, values[REF_v_front].real, values[REF_v_rear].real,
         values[REF_mass_position].real, time, unit->start_time, step, model->longest_step, model->delay,

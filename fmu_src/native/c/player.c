@@ -69,6 +69,8 @@ static char *read_text(Space *space, const char *path)
     if (memchr(text, '\0', size))
         refuse(space, "the log %s holds a NUL byte: it is no text", path);
     text[size] = '\0';
+    if (strchr(text, '"'))
+        refuse(space, "the log %s holds a quote: write its cells without quotes", path);
     return strncmp(text, "\xef\xbb\xbf", 3) == 0 ? text + 3 : text;
 }
 
@@ -92,35 +94,17 @@ static char *end_line(char *at)
     return end;
 }
 
-/* Take the next cell of a line, in place and without the blanks around it; false after the last one.
- *
- * In quotes it may hold commas, and two quotes are one.
- */
-static bool next_cell(Space *space, const char *path, long long row, char **at, char **cell)
+/* Take the next cell of a line, in place and without the blanks around it; false after the last one. */
+static bool next_cell(char **at, char **cell)
 {
     if (!*at)
         return false;
-    char *from = *at + strspn(*at, BLANKS), *to = from;
-    bool open = *from == '"';
-    *cell = from;
-    if (open) {
-        for (from++; open && *from;) {
-            open = *from != '"' || from[1] == '"';
-            from += *from == '"';
-            if (open)
-                *to++ = *from++;
-        }
-        from += strspn(from, BLANKS);
-    } else {
-        to = from += strcspn(from, ",\"");
-    }
-    if (open || (*from && *from != ','))
-        refuse(space, "the log %s, row %lld: a quote is not closed, or stands inside of a cell", path, row);
-    *at = *from ? from + 1 : NULL;
-    *to = '\0';
-    while (to > *cell && strchr(BLANKS, to[-1]))
-        *--to = '\0';
-    *cell += strspn(*cell, BLANKS);
+    char *end = *at + strcspn(*at, ",");
+    *cell = *at + strspn(*at, BLANKS);
+    *at = *end ? end + 1 : NULL;
+    *end = '\0';
+    while (end > *cell && strchr(BLANKS, end[-1]))
+        *--end = '\0';
     return true;
 }
 
@@ -162,7 +146,7 @@ static void find_columns(
     int found[COLUMNS] = {0};
     const char *shown = ascii(space, line);
     char *cell = NULL;
-    for (int64_t i = 0; next_cell(space, path, 1, &line, &cell); i++) {
+    for (int64_t i = 0; next_cell(&line, &cell); i++) {
         for (int k = 0; k < 2 * COLUMNS; k++) {
             if (HEADERS[k / 2][k % 2] && strcmp(HEADERS[k / 2][k % 2], cell) == 0) {
                 places[k / 2] = i;
@@ -200,7 +184,7 @@ static void read_log(Model *model, Space *space, const char *path)
         next = end_line(line);
         if (line[strspn(line, BLANKS)] == '\0')
             continue;
-        for (int64_t i = 0; next_cell(space, path, row, &line, &cell); i++) {
+        for (int64_t i = 0; next_cell(&line, &cell); i++) {
             for (int k = 0; k < COLUMNS; k++)
                 cells[k] = places[k] == i ? cell : cells[k];
         }
@@ -226,7 +210,7 @@ static void read_log(Model *model, Space *space, const char *path)
 
 static void show(const Model *model, Unit *unit, double time, double step)
 {
-    const double since_first = time - unit->start_time + unit->values[REF_log_start].real;
+    const double elapsed = time - unit->start_time, since_first = elapsed + unit->values[REF_log_start].real;
     int64_t first = 1, beyond = model->count; /* the first row that is later, from the second one on */
     while (first < beyond) {
         const int64_t middle = (first + beyond) / 2;
@@ -235,9 +219,9 @@ static void show(const Model *model, Unit *unit, double time, double step)
         else
             first = middle + 1;
     }
-    if (first < model->count) { /* a row may come early by a share of the step or of the interval before it */
+    if (first < model->count) {
         const double due = model->rows[first][0], interval = due - model->rows[first - 1][0];
-        first += due - since_first <= fmax(TIME_TOLERANCE, CLOCK_TOLERANCE * fmin(step, interval));
+        first += due - since_first <= slave_base_time_tolerance(time, elapsed, fmin(step, interval));
     }
     for (int k = 0; k < SIGNALS; k++)
         unit->values[k].real = model->rows[first - 1][k + 1]; /* the first of VARIABLES */
@@ -246,7 +230,7 @@ static void show(const Model *model, Unit *unit, double time, double step)
 static void initialise(Model *model, Unit *unit)
 {
     read_log(model, &unit->permanent, unit->values[REF_log_path].text);
-    show(model, unit, unit->start_time, 0.0);
+    show(model, unit, unit->start_time, INFINITY);
 }
 
 static void advance(Model *model, Unit *unit, double time, double step)

@@ -10,35 +10,23 @@ struct Model {
 
 static void initialise(Model *model, Unit *unit)
 {
-    Value *values = unit->values;
-    set_FeedbackSettings(&model->settings, values);
+    set_FeedbackSettings(&model->settings, unit->values);
     model->held.some = false;
     const double limit = model->settings.voltage_limit;
-    values[REF_v_front].real = motor_saturate(model->settings.hover.front, limit);
-    values[REF_v_rear].real = motor_saturate(model->settings.hover.rear, limit);
+    const Rotors *hover = &model->settings.hover;
+    unit_show(unit, REF_v_front, (double[]){motor_saturate(hover->front, limit), motor_saturate(hover->rear, limit)}, 2);
 }
 
 static void advance(Model *model, Unit *unit, double time, double step)
 {
-    Value *values = unit->values;
-    const double since = time - unit->start_time;
-    const Angles angles = {values[REF_pitch].real, values[REF_elevation].real, values[REF_travel].real};
-    const Row3 given = {
-        values[REF_reference_pitch].real, values[REF_reference_elevation].real, values[REF_reference_travel].real};
-    const Rotors added = {values[REF_excitation_front].real, values[REF_excitation_rear].real};
-    const Row3 rises = {
-        values[REF_reference_step_pitch].real, values[REF_reference_step_elevation].real,
-        values[REF_reference_step_travel].real};
-    const Row3 references = control_step_references(
-        given, rises, since, values[REF_reference_step_time].real - TIME_TOLERANCE);
-    const SampledFeedback held = model->held.some
-        ? model->held.value
-        : state_feedback_start_sampled_feedback(angles.pitch, angles.elevation, angles.travel, &model->settings);
-    const SampledFeedback next = state_feedback_sample_and_hold(
-        &unit->space, &held, since, step, &angles, references, &added, &model->settings);
+    Row5 inputs;
+    Row7 given;
+    unit_read(unit, REF_pitch, &inputs.x0, 5);
+    unit_read(unit, REF_reference_pitch, &given.x0, 7);
+    const SampledFeedback next = controllers_feedback_voltages(
+        &unit->space, model->held, inputs, given, time, time - unit->start_time, step, &model->settings);
     model->held = (Maybe_SampledFeedback){true, next};
-    values[REF_v_front].real = next.v_front;
-    values[REF_v_rear].real = next.v_rear;
+    unit_show(unit, REF_v_front, (double[]){next.v_front, next.v_rear}, 2);
 }
 
 static void pass(Model *model, Bytes *bytes)

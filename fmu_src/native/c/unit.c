@@ -53,7 +53,6 @@ void unit_free(Unit *unit)
     unit_free_parts(unit, &(Unit){.values = NULL});
     space_free(&unit->space);
     space_free(&unit->spare);
-    free(unit->before_step);
     free(unit->name);
     free(unit);
 }
@@ -189,11 +188,6 @@ static Status check_step(Unit *unit, double time, double step)
         write_shortest(first, time), write_shortest(second, unit->reached));
 }
 
-bool unit_needs_compacting(const Unit *unit)
-{
-    return MODEL.pass && unit->space.taken > 2 * unit->live + GARBAGE;
-}
-
 void unit_swap_spaces(Unit *unit)
 {
     const Space old = unit->space;
@@ -202,7 +196,8 @@ void unit_swap_spaces(Unit *unit)
     unit->live = unit->space.taken;
 }
 
-void unit_compact(Unit *unit)
+/* Copy the model's memory to the spare space, which becomes the space; this frees everything else in it. */
+static void compact(Unit *unit)
 {
     Bytes bytes = {.space = &unit->spare};
     space_empty(&unit->spare);
@@ -215,31 +210,17 @@ void unit_compact(Unit *unit)
     unit_swap_spaces(unit);
 }
 
-void unit_save_before_step(Unit *unit)
-{
-    if (!unit->before_step && state_get(unit, &unit->before_step) != OK)
-        refuse(&unit->space, "there is no memory left");
-}
-
 Status unit_step(Unit *unit, double time, double step)
 {
     const Status status = check_step(unit, time, step);
     if (status != OK)
         return status;
-    if (setjmp(unit->refusal.back)) {
-        unit_log(unit, DISCARD, "doStep: %s", unit->refusal.message);
-        if (unit->before_step)
-            state_set(unit, unit->before_step);
-        free(unit->before_step);
-        unit->before_step = NULL;
-        return DISCARD;
-    }
-    if (unit_needs_compacting(unit))
-        unit_compact(unit);
+    if (setjmp(unit->refusal.back))
+        return unit_log(unit, DISCARD, "doStep: %s", unit->refusal.message);
+    if (MODEL.pass && unit->space.taken > 2 * unit->live + GARBAGE)
+        compact(unit);
     MODEL.advance(unit->model, unit, time, step);
     unit->reached = time + step;
     unit->stale = EXCHANGE != NULL;
-    free(unit->before_step);
-    unit->before_step = NULL;
     return OK;
 }

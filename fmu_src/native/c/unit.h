@@ -10,8 +10,6 @@
 
 #include "memory.h"
 
-#define TIME_TOLERANCE 1e-9 /* [s]; communication points k H have rounding errors */
-
 typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } Status;
 typedef enum { REAL, INTEGER, BOOLEAN, STRING } Kind;
 typedef enum { INPUT, OUTPUT, PARAMETER, LOCAL } Causality;
@@ -49,21 +47,15 @@ extern const ModelFunctions MODEL;
 
 /* Functions of a model for Model Exchange, in which the importer integrates its states; NULL in other units.
  *
- * The variables of the states begin at ``first_state``, followed by those of their derivatives. Continuous inputs are
- * the first variables of the unit. There are only events in time: no law steps with the state, and the solver handles
- * corners.
+ * The variables of the states begin at ``first_state``, followed by those of their derivatives. There are only events
+ * in time: no law steps with the state, and the solver handles corners.
  */
 typedef struct {
-    size_t states, inputs, outputs;   /* their numbers */
-    size_t first_state, first_output; /* their value references */
+    size_t states, first_state; /* their number, the first value reference */
     void (*begin)(Model *model, Unit *unit); /* may refuse */
     double *(*state)(Model *model);
     void (*rates)(const Model *model, const Unit *unit, double time, double rates[]);
     void (*show)(const Model *model, Unit *unit);
-    /* Slopes of rates and outputs in the direction of ``states`` and ``inputs``, at ``time`` since the start. */
-    void (*slopes)(
-        const Model *model, const Unit *unit, double time, const double states[], const double inputs[],
-        double rates[], double outputs[]);
     double (*next_event)(const Model *model, double time); /* since the start; infinity if there is none */
 } Exchange;
 extern const Exchange *const EXCHANGE;
@@ -91,7 +83,6 @@ struct Unit {
     Space spare;     /* target of that memory when it is compacted */
     Space permanent; /* of values that the model computes once, from its parameters */
     size_t live;     /* bytes of the memory after it was last compacted */
-    void *before_step; /* the state before a long step in which the space is compacted */
     Refusal refusal;
     bool exchange; /* instantiated for model exchange */
     bool stale;    /* variables of model exchange have not been computed from state and time yet */
@@ -119,13 +110,7 @@ Status unit_log(Unit *unit, Status status, const char *format, ...);
 void unit_initialise(Unit *unit);
 Status unit_prepare(Unit *unit, const char *call);
 
-/* Copy the model's memory to the spare space, which becomes the space; this frees everything else in it. */
-bool unit_needs_compacting(const Unit *unit);
-void unit_compact(Unit *unit);
 void unit_swap_spaces(Unit *unit); /* exchange the space and the spare space */
-
-/* Save the state before the step, to restore it if the step is refused; a model calls this before it compacts. */
-void unit_save_before_step(Unit *unit);
 
 /* values.c: values by reference. A Boolean is 0 or 1. */
 Status unit_set(Unit *unit, Kind kind, uint32_t reference, double value);
@@ -133,6 +118,7 @@ Status unit_set_text(Unit *unit, uint32_t reference, const char *text);
 Status unit_get(Unit *unit, Kind kind, uint32_t reference, double *value);
 Status unit_get_text(Unit *unit, uint32_t reference, const char **text);
 void unit_show(Unit *unit, size_t first, const double values[], size_t count); /* set consecutive variables */
+void unit_read(const Unit *unit, size_t first, double values[], size_t count);  /* read them */
 bool unit_set_starts(Unit *unit);
 char *copy_text(const char *text); /* on the heap, or NULL */
 
@@ -160,10 +146,5 @@ Status exchange_get_nominals(Unit *unit, double nominals[], size_t count);
 
 /* Pass a due event; return the time of the next one, or infinity. */
 Status exchange_update(Unit *unit, double *next);
-
-/* Product of the Jacobian with a seed: of derivatives and outputs by states and continuous inputs. */
-Status exchange_slopes(
-    Unit *unit, const uint32_t unknowns[], size_t unknown_count, const uint32_t knowns[], size_t known_count,
-    const double seed[], double sensitivity[]);
 
 #endif

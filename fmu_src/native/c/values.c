@@ -30,6 +30,12 @@ void unit_show(Unit *unit, size_t first, const double values[], size_t count)
         unit->values[first + i].real = values[i];
 }
 
+void unit_read(const Unit *unit, size_t first, double values[], size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        values[i] = unit->values[first + i].real;
+}
+
 /* Write a number in the form of a variable's type. */
 static const char *write_value(Kind kind, double value, char text[NUMBER_SIZE])
 {

@@ -1,8 +1,7 @@
 """One function in translation: its lines, its variables, conversions of its values, its loops and its lists.
 
 Every assignment makes a new variable in C. A variable that both branches set, or that a loop sets again, becomes one
-variable to which both assign. To find the type of the result, the function is translated again until it does not
-change.
+variable to which both assign.
 """
 
 from __future__ import annotations
@@ -16,8 +15,6 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, NoReturn
 
-from heli_plant.dual import Dual
-
 from ...errors import Untranslatable
 from . import types as c
 from .values import Expr, Run, known_items, literal, type_of, unwrap
@@ -30,19 +27,13 @@ class Body:
         self, program: Any, name: str, function: FunctionType, parameters: dict[str, c.CType], returns: c.CType | None
     ) -> None:
         self.program, self.name, self.function = program, name, function
-        self.parameters, self.annotated_result = parameters, returns
-        self.result: c.CType = returns or c.UNKNOWN  # type of the result, as far as it is known
+        self.parameters, self.result = parameters, returns or c.UNKNOWN
         self.changed_lists: set[str] = set()  # variables of which an element is changed, or to which one is appended
         self.needs_space = self.is_external = False
-
-    def begin(self) -> None:
-        """Begin a translation."""
         self.lines: list[str] = []
         self.depth, self.count = 1, 0
         self.env: dict[str, Any] = {}  # values of the variables
         self.ended = False  # whether a return has ended the block
-        for name, kind in self.parameters.items():
-            self.store(name, self.split_value(Expr(self, kind, f"(*{name})" if isinstance(kind, c.Struct) else name)))
 
     # Lines
 
@@ -88,9 +79,7 @@ class Body:
         return variable
 
     def split_value(self, value: Expr) -> Any:
-        """Return a tuple of known length as a tuple of its elements, and a dual number as a Dual of its parts."""
-        if value.type == c.DUAL:
-            return Dual(Expr(self, c.FLOAT, value.path("value")), Expr(self, c.FLOAT, value.path("slope")))
+        """Return a tuple of known length as a tuple of its elements."""
         if not isinstance(value.type, c.Row):
             return value
         return tuple(self.split_value(Expr(self, kind, value.path(f"x{i}"))) for i, kind in enumerate(value.type.items))
@@ -99,8 +88,6 @@ class Body:
         """Return ``value`` in a form that can be used several times: a variable if it is more than a name."""
         if isinstance(value, tuple | list) and not hasattr(value, "_fields"):
             return type(value)(self.name_value(item, name) for item in value)
-        if isinstance(value, Dual):
-            return Dual(self.name_value(value.value, name), self.name_value(value.slope, name))
         if not isinstance(value, Expr) or value.is_simple:
             return value
         return self.declare(value.type, name, value.bare)
@@ -114,8 +101,6 @@ class Body:
 
     def set_item(self, items: Any, index: Any, value: Any) -> None:
         """Set an element of a list."""
-        if not isinstance(type_of(items), c.Listing):
-            raise c.NoType(f"a value is put into {type_of(items).name}, which is no list")
         self.emit(f"{items.path('at')}[{self.index_text(items, index)}] = {self.as_type(value, items.type.item).bare};")
 
     def new_list(self, kind: c.CType, room: str) -> Expr:
@@ -123,13 +108,10 @@ class Body:
         self.needs_space = True
         return self.declare(kind, text=f"new_{kind.name}(space, {room})")
 
-    def append_item(self, items: Expr, value: Any) -> None:
+    def append_item(self, items: Any, value: Any) -> None:
         """Append a value to a list."""
         self.needs_space = True
-        if not isinstance(items.type, c.Listing):
-            raise c.NoType("append needs a list that is a variable of the same function")
-        item = self.as_type(value, items.type.item)
-        self.emit(f"push_{items.type.name}(space, &{items.code}, {item.bare});")
+        self.emit(f"push_{items.type.name}(space, &{items.code}, {self.as_type(value, items.type.item).bare});")
 
     # Conversions
 
@@ -144,13 +126,11 @@ class Body:
             return Expr(self, target, f"({target.name}){{{inner}}}")
         if isinstance(have, c.Maybe):
             return self.as_type(unwrap(value), target)
-        if target == c.DUAL:
-            parts = (value.value, value.slope) if isinstance(value, Dual) else (value, 0.0)
-            return Expr(self, c.DUAL, f"(Dual){{{', '.join(self.as_type(part, c.FLOAT).bare for part in parts)}}}")
         if have in (c.BOOL, c.INT, c.FLOAT, c.TEXT) and not isinstance(value, Expr) and have in (target, c.BOOL, c.INT):
-            return Expr(self, target, literal(float(value) if target == c.FLOAT else value))
+            text = literal(float(value) if target == c.FLOAT else value)
+            return Expr(self, target, text, text.startswith("-"))
         if target in (c.INT, c.FLOAT) and have in (c.BOOL, c.INT):
-            return Expr(self, target, value.as_float or f"({target.name}){value.code}")
+            return Expr(self, target, value.as_float or f"({target.name}){value.code}", bool(value.as_float))
         items = known_items(value)
         if items is not None and isinstance(target, c.Row) and len(items) == len(target.items):
             inner = ", ".join(self.as_type(item, kind).bare for item, kind in zip(items, target.items, strict=True))
@@ -213,8 +193,6 @@ class Body:
         if isinstance(over, Run):
             return over
         sequence = self.name_value(unwrap(over))
-        if not isinstance(type_of(sequence), c.Listing):
-            raise c.NoType(f"a loop in C cannot run over {type_of(sequence).name}")
         return Run(sequence.path("count"), lambda k: self.get_item(sequence, Expr(self, c.INT, k)))
 
     def collect(self, fill: Callable[[Callable[[Any], None]], None], room: str = "0") -> Any:
@@ -233,7 +211,7 @@ class Body:
         if deepest == outer:
             self.lines += lines
             return tuple(values)
-        items = self.new_list(c.Listing(c.element_type(c.Row(tuple(map(type_of, values))))), room)
+        items = self.new_list(type_of(values), room)
         fill(lambda value: self.append_item(items, value))
         return items
 
@@ -256,10 +234,8 @@ class Body:
         if items is not None and not any(isinstance(bound, Expr) for bound in bounds):
             return tuple(items[index]) if isinstance(index, slice) else items[index]
         if items is not None:
-            value = self.as_type(tuple(items), c.Listing(c.element_type(c.Row(tuple(map(type_of, items))))))
+            value = self.as_type(tuple(items), type_of(items))
         value = self.name_value(value)
-        if not isinstance(value.type, c.Listing):
-            raise c.NoType(f"{value.type.name} has no elements")
         places = [self.index_text(value, bound) for bound in bounds]
         if not isinstance(index, slice):
             return self.split_value(Expr(self, value.type.item, f"{value.path('at')}[{places[0]}]"))
@@ -269,11 +245,9 @@ class Body:
 
     def index_text(self, value: Expr, index: Any) -> str:
         """Return an index in C; a negative one counts from the end."""
-        if index is None:
-            return ""
         if isinstance(index, int) and index < 0:
             return f"{value.path('count')} - {-index}"
-        return self.as_type(index, c.INT).bare
+        return "" if index is None else self.as_type(index, c.INT).bare
 
     # Functions and classes of the project
 
@@ -288,7 +262,6 @@ class Body:
             self.program.call(self, kind.__post_init__, struct)
         return struct
 
-    def replace_fields(self, old: Expr, **new: Any) -> Expr:
+    def replace_fields(self, old: Any, **new: Any) -> Expr:
         """Return ``old._replace(...)``: a copy of a struct with other values in some fields."""
-        assert isinstance(old.type, c.Struct)
         return self.make_struct(old.type.kind, **{name: getattr(old, name) for name in c.fields(old.type.kind)} | new)

@@ -10,15 +10,11 @@ import dataclasses
 import functools
 import math
 from collections.abc import Callable
-from functools import partial
-from types import SimpleNamespace
 from typing import Any
 
-from heli_plant.dual import SLOPES, Dual
-
 from .body import Body
-from .types import BOOL, FLOAT, INT, NoType, join_types
-from .values import Expr, Run, choose, compare, known_items, type_of, unwrap
+from .types import BOOL, FLOAT, INT, join_types
+from .values import Expr, Run, known_items, type_of, unwrap
 
 _MATHEMATICS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp expm1 log log2 sqrt copysign".split()
 REFUSED: dict[Any, str] = {
@@ -28,36 +24,20 @@ REFUSED: dict[Any, str] = {
 
 
 def _mathematical(name: str) -> Callable[..., Expr]:
-    def translate(body: Body, *arguments: Any) -> Any:
-        x = arguments[0]
-        if not isinstance(x, Dual):
-            return Expr(body, FLOAT, f"{name}({', '.join(body.as_type(value, FLOAT).bare for value in arguments)})")
-        slope = SLOPES.get(getattr(math, name))
-        if slope is None:
-            raise NoType(f"the function {name} has no slope in heli_plant.dual")
-        value = body.name_value(translate(body, x.value))
-        mathematics = SimpleNamespace(sin=partial(_mathematical("sin"), body), cos=partial(_mathematical("cos"), body))
-        return Dual(value, slope(x.value, value, mathematics) * x.slope)
+    def translate(body: Body, *arguments: Any) -> Expr:
+        return Expr(body, FLOAT, f"{name}({', '.join(body.as_type(value, FLOAT).bare for value in arguments)})")
 
     return translate
 
 
 def _whole(name: str) -> Callable[..., Expr]:
-    """Return the translation of ``floor``, ``ceil`` or ``round``: an int, which has no minus zero and no slope."""
+    """Return the translation of ``floor``, ``ceil`` or ``round``: an int, which has no minus zero."""
 
     def translate(body: Body, x: Any) -> Expr:
-        text = body.as_type(x.value if isinstance(x, Dual) else x, FLOAT).bare
-        return Expr(body, INT, f"(int64_t){name}({text})", f"({name}({text}) + 0.0)")
+        text = body.as_type(x, FLOAT).bare
+        return Expr(body, INT, f"(int64_t){name}({text})", as_float=f"{name}({text}) + 0.0")
 
     return translate
-
-
-def _abs(body: Body, x: Any) -> Any:
-    if isinstance(x, Dual):
-        return choose(body, compare(body, "<", x.value, 0.0), lambda: -x, lambda: x)
-    if type_of(unwrap(x)) == INT:
-        raise NoType("abs of an int has no translation")
-    return _mathematical("fabs")(body, x)
 
 
 def _extreme(name: str) -> Callable[..., Any]:
@@ -92,13 +72,12 @@ def _range(body: Body, *bounds: Any) -> Any:
     if all(isinstance(bound, int) for bound in bounds):
         return tuple(range(*bounds))
     first, stop, step = bounds if len(bounds) == 3 else (*((0, *bounds) if len(bounds) == 1 else bounds), 1)
-    if not isinstance(step, int) or {type_of(first), type_of(stop)} != {INT}:
-        raise NoType("range needs ints, and a step that is written out")
+    last = body.as_type(stop, INT).bare
     if not isinstance(first, Expr) and (first, step) == (0, 1):
-        return Run(stop.bare, lambda k: Expr(body, INT, k))
+        return Run(last, lambda k: Expr(body, INT, k))
     start = body.name_value(body.as_type(first, INT)).code
-    count = f"range_count({start}, {body.as_type(stop, INT).bare}, {step})"
-    return Run(count, lambda k: Expr(body, INT, f"({start} + {step} * {k})" if step != 1 else f"({start} + {k})"))
+    count = f"range_count({start}, {last}, {step})"  # the step is written out
+    return Run(count, lambda k: Expr(body, INT, f"{start} + {step} * {k}" if step != 1 else f"{start} + {k}", True))
 
 
 def _zip(body: Body, *sequences: Any, strict: bool = False) -> Any:
@@ -144,7 +123,7 @@ STAGED: dict[Any, Callable[..., Any]] = {
     math.ceil: _whole("ceil"),
     round: _whole("rint"),
     math.isfinite: lambda body, x: Expr(body, BOOL, f"isfinite({body.as_type(x, FLOAT).bare})"),
-    abs: _abs,
+    abs: _mathematical("fabs"),
     float: lambda body, x: body.as_type(x, FLOAT),
     max: _extreme("max"),
     min: _extreme("min"),

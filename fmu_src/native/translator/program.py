@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from textwrap import fill
 from types import FunctionType
@@ -17,7 +18,7 @@ from typing import Any
 from ...description import render
 from . import types as c
 from .body import Body
-from .statements import translate
+from .syntax import translate
 from .values import type_of
 
 
@@ -29,6 +30,7 @@ class Translation:
         self.functions: dict[tuple[Any, ...], Body] = {}
         self.entries: list[Body] = []
         self.types: list[c.CType] = []
+        self.names = Counter[str]()
 
     def translate_entry(self, function: Callable[..., Any], types: Mapping[str, Any] | None = None) -> Body:
         """Translate a function that C code calls, or raise Untranslatable; ``types`` replace its annotations."""
@@ -50,8 +52,7 @@ class Translation:
             parameters = dict(zip(inspect.signature(function).parameters, arguments, strict=True))
             for kind in arguments:
                 self.define_type(kind)
-            result = None if c.DUAL in arguments else c.annotation(function, "return")
-            body = Body(self, self._name(function, c.DUAL in arguments), function, parameters, result)
+            body = Body(self, self._name(function), function, parameters, c.annotation(function, "return"))
             if function in self.externals:
                 body.name, body.needs_space, body.is_external = self.externals[function], True, True
                 self.define_type(body.result)
@@ -67,10 +68,7 @@ class Translation:
         bound.apply_defaults()
         values = []
         for value, annotated in zip(bound.arguments.values(), c.parameter_types(function).values(), strict=True):
-            kind = type_of(value)
-            if annotated is not None and (kind, annotated) != (c.DUAL, c.FLOAT):
-                kind = annotated
-            values.append(body.as_type(value, kind))
+            values.append(body.as_type(value, annotated or type_of(value)))
         called = self.translate_function(function, tuple(map(type_of, values)))
         body.needs_space = body.needs_space or called.needs_space
         texts = ["space"] if called.needs_space else []
@@ -82,15 +80,12 @@ class Translation:
             return body.split_value(body.declare(called.result, function.__name__.strip("_"), text))
         return body.emit(f"{text};")
 
-    def _name(self, function: Any, differentiated: bool) -> str:
+    def _name(self, function: Any) -> str:
         """Return a new name in C, of module and function."""
         function_name = re.sub(r"\W+|__+", "_", function.__qualname__).strip("_")
-        base = name = f"{function.__module__.rpartition('.')[2]}_{function_name}{'_dual' if differentiated else ''}"
-        used, number = {body.name for body in self.functions.values()}, 1
-        while name in used:
-            number += 1
-            name = f"{base}_{number}"
-        return name
+        name = f"{function.__module__.rpartition('.')[2]}_{function_name}"
+        self.names[name] += 1
+        return name if self.names[name] == 1 else f"{name}_{self.names[name]}"
 
     def define_type(self, kind: c.CType) -> None:
         """Define a type after the types of its members."""
@@ -151,13 +146,9 @@ def _text(body: Body, is_static: bool) -> str:
 
 
 def functions(translation: Translation, is_alone: bool = False) -> str:
-    """Return the functions that the entries need, each after those that it calls; ``is_alone`` makes all static."""
-    needed, texts = {body.name for body in translation.entries}, list[str]()
-    for body in reversed(translation.functions.values()):
-        if body.name in needed and not body.is_external:
-            needed.update(re.findall(r"\w+(?=\()", "\n".join(body.lines)))
-            texts.insert(0, _text(body, is_alone or body not in translation.entries))
-    return "\n".join(texts)
+    """Return all functions, each after those that it calls; ``is_alone`` makes all static."""
+    bodies = [body for body in translation.functions.values() if not body.is_external]
+    return "\n".join(_text(body, is_alone or body not in translation.entries) for body in bodies)
 
 
 def source(translation: Translation) -> str:

@@ -14,8 +14,6 @@ from dataclasses import dataclass
 from functools import cache, reduce
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
-from heli_plant.dual import Dual
-
 
 @dataclass(frozen=True)
 class Scalar:
@@ -26,12 +24,10 @@ class Scalar:
 
 
 FLOAT, INT, BOOL = Scalar("double", "f"), Scalar("int64_t", "i"), Scalar("bool", "b")
-DUAL = Scalar("Dual", "d")
-"""A double with its slope in one direction (:mod:`heli_plant.dual`), in place of a float."""
 TEXT = Scalar("const char *", "s")
 NOTHING = Scalar("void", "n")
 UNKNOWN = Scalar("unknown", "u")  # type of the elements of an empty list
-NUMBERS = (BOOL, INT, FLOAT, DUAL)
+NUMBERS = (BOOL, INT, FLOAT)
 
 
 @dataclass(frozen=True)
@@ -92,8 +88,6 @@ def join_types(a: CType, b: CType) -> CType:
     if NOTHING in (a, b) or isinstance(a, Maybe) or isinstance(b, Maybe):
         inner = [kind.item if isinstance(kind, Maybe) else kind for kind in (a, b) if kind != NOTHING]
         return Maybe(join_types(inner[0], inner[-1]))
-    if isinstance(a, Row) and isinstance(b, Row) and len(a.items) == len(b.items):
-        return Row(tuple(map(join_types, a.items, b.items)))
     if isinstance(a, Row | Listing) and isinstance(b, Row | Listing):
         return Listing(join_types(element_type(a), element_type(b)))
     raise NoType(f"a value is once {a.name} and once {b.name}")
@@ -123,7 +117,7 @@ def fields(kind: type) -> dict[str, CType]:
     return {name: annotation_type(hints.get(name, float)) for name in inspect.signature(kind).parameters}
 
 
-PLAIN: dict[Any, CType] = {float: FLOAT, int: INT, bool: BOOL, str: TEXT, type(None): NOTHING, Dual: DUAL}
+PLAIN: dict[Any, CType] = {float: FLOAT, int: INT, bool: BOOL, str: TEXT, type(None): NOTHING}
 
 
 def annotation_type(hint: Any) -> CType:

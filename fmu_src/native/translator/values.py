@@ -12,34 +12,22 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, reduce
+from json import dumps
 from typing import Any
-
-from heli_plant.dual import Dual
 
 from . import types as c
 
 
 class Expr:
-    """A typed expression in C; its ``code`` is in parentheses if it has an operator.
+    """A typed expression in C; ``code`` is ``bare``, in parentheses if that is an operation.
 
     ``as_float`` is the same number as a double, if Python's ``floor`` or ``round`` made an int of a double.
     """
 
-    __slots__ = ("as_float", "body", "code", "type")
-
-    def __init__(self, body: Any, kind: c.CType, code: str, as_float: str = "") -> None:
-        self.body, self.type, self.code, self.as_float = body, kind, code, as_float
-
-    @property
-    def bare(self) -> str:
-        """The code without outer parentheses, as on the right of an assignment."""
-        depth, last = 0, len(self.code) - 1
-        for place, letter in enumerate(self.code):
-            depth += (letter == "(") - (letter == ")")
-            if depth == 0:
-                return self.code[1:-1] if letter == ")" and place == last and place else self.code
-        return self.code
+    def __init__(self, body: Any, kind: c.CType, bare: str, is_operation: bool = False, as_float: str = "") -> None:
+        self.body, self.type, self.bare, self.as_float = body, kind, bare, as_float
+        self.code = f"({bare})" if is_operation else bare
 
     @property
     def is_simple(self) -> bool:
@@ -65,13 +53,11 @@ class Expr:
 
     def __neg__(self) -> Any:
         number = unwrap(self)
-        return Expr(self.body, c.join_types(number.type, c.INT), f"(-{number.code})")
+        return Expr(self.body, c.join_types(number.type, c.INT), f"-{number.code}", True)
 
 
 def _operator(symbol: str, is_swapped: bool = False) -> Callable[[Any, Any], Any]:
     def apply(self: Expr, other: Any) -> Any:
-        if isinstance(other, Dual):
-            return NotImplemented
         return arithmetic(self.body, symbol, *((other, self) if is_swapped else (self, other)))
 
     return apply
@@ -104,10 +90,8 @@ def arithmetic(body: Any, symbol: str, a: Any, b: Any) -> Any:
     kind = c.join_types(c.join_types(*kinds), c.FLOAT if symbol == "/" else c.INT)
     left, right = body.as_type(a, kind), body.as_type(b, kind)
     if symbol in ("//", "%"):
-        if (symbol, kind) not in _AS_PYTHON:
-            raise c.NoType(f"{symbol} of {kind.name} has no translation; use floor(a / b)")
         return Expr(body, kind, f"{_AS_PYTHON[symbol, kind]}({left.bare}, {right.bare})")
-    return Expr(body, kind, f"({left.code} {symbol} {right.code})")
+    return Expr(body, kind, f"{left.code} {symbol} {right.code}", True)
 
 
 for _name, _symbol in dict(add="+", sub="-", mul="*", truediv="/", floordiv="//", mod="%", pow="**").items():
@@ -123,36 +107,15 @@ class Run:
     at: Callable[[str], Any]
 
 
-@dataclass(frozen=True)
-class Maker:
-    """A class of the project; a call makes a struct."""
-
-    body: Any
-    kind: Any
-
-    def __call__(self, *values: Any, **fields: Any) -> Any:
-        """Make a struct."""
-        return self.body.make_struct(self.kind, *values, **fields)
-
-    def __getattr__(self, name: str) -> Any:
-        if name == "_make":
-            return lambda values: self(*self.body.unpack(values, len(c.fields(self.kind))))
-        return getattr(self.kind, name)
-
-
 def type_of(value: Any) -> c.CType:
     """Return the type in C of a value, or raise NoType."""
     if isinstance(value, Expr):
         return value.type
-    if isinstance(value, Dual):
-        return c.DUAL
     if hasattr(value, "_fields"):
         return c.Struct(type(value))
     if isinstance(value, tuple | list):
         row = c.Row(tuple(map(type_of, value)))
         return c.Listing(c.element_type(row)) if isinstance(value, list) else row
-    if type(value) not in c.PLAIN:
-        raise c.NoType(f"a value {value!r} has no counterpart in C")
     return c.PLAIN[type(value)]
 
 
@@ -166,53 +129,32 @@ def known_items(value: Any) -> list[Any] | None:
 
 
 def literal(value: Any) -> str:
-    """Return a Python number, text or truth value as a literal in C."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return quote(value)
-    text = {"inf": "INFINITY", "-inf": "(-INFINITY)", "nan": "NAN"}.get(repr(value), repr(value))
-    return f"({text})" if text.startswith("-") else text
-
-
-def quote(text: str) -> str:
-    """Return a text as a string literal in C."""
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'
+    """Return a Python number, text or truth value as a literal in C, which is that of JSON but for infinity."""
+    text = dumps(value, ensure_ascii=False)
+    return {"Infinity": "INFINITY", "-Infinity": "-INFINITY", "NaN": "NAN"}.get(text, text)
 
 
 def compare(body: Any, symbol: str, a: Any, b: Any) -> Any:
-    """Return the comparison of two numbers or texts; equal dual numbers also have equal slopes."""
+    """Return the comparison of two numbers or texts."""
     a, b = unwrap(a), unwrap(b)
-    if isinstance(a, Dual) or isinstance(b, Dual):
-        a, b = (x if isinstance(x, Dual) else Dual(x, 0.0) for x in (a, b))
-        if symbol == "!=":
-            return opposite(body, compare(body, "==", a, b))
-        test = compare(body, symbol, a.value, b.value)
-        return both(body, test, lambda: compare(body, "==", a.slope, b.slope)) if symbol == "==" else test
     kind = c.join_types(type_of(a), type_of(b))
     a, b = body.as_type(a, kind), body.as_type(b, kind)
     if kind == c.TEXT:
-        return Expr(body, c.BOOL, f"(strcmp({a.bare}, {b.bare}) {symbol} 0)")
-    if kind not in c.NUMBERS:
-        raise c.NoType("only numbers and texts can be compared")
-    return Expr(body, c.BOOL, f"({a.code} {symbol} {b.code})")
+        return Expr(body, c.BOOL, f"strcmp({a.bare}, {b.bare}) {symbol} 0", True)
+    return Expr(body, c.BOOL, f"{a.code} {symbol} {b.code}", True)
 
 
 def truth(body: Any, value: Any) -> Any:
     """Return the truth value of ``value``."""
     if not isinstance(value, Expr):
         return bool(value)
-    if value.type in (c.INT, c.FLOAT):
-        return Expr(body, c.BOOL, f"({value.code} != 0)")
-    if value.type != c.BOOL:
-        raise c.NoType(f"{value.type.name} has no truth value in C")
-    return value
+    return Expr(body, c.BOOL, f"{value.code} != 0", True) if value.type in (c.INT, c.FLOAT) else value
 
 
 def opposite(body: Any, value: Any) -> Any:
     """Return ``not value``."""
     test = truth(body, value)
-    return Expr(body, c.BOOL, f"(!{test.code})") if isinstance(test, Expr) else not test
+    return Expr(body, c.BOOL, f"!{test.code}", True) if isinstance(test, Expr) else not test
 
 
 def both(body: Any, first: Any, second: Callable[[], Any]) -> Any:
@@ -228,16 +170,13 @@ def either(body: Any, first: Any, second: Callable[[], Any]) -> Any:
 def is_none(body: Any, value: Any) -> Any:
     """Return ``value is None``."""
     if isinstance(value, Expr) and isinstance(value.type, c.Maybe):
-        return Expr(body, c.BOOL, f"(!{value.path('some')})")
+        return Expr(body, c.BOOL, f"!{value.path('some')}", True)
     return value is None
 
 
 def is_among(body: Any, value: Any, items: Any) -> Any:
     """Return ``value in items``."""
-    result: Any = False
-    for item in items:
-        result = either(body, result, lambda item=item: compare(body, "==", value, item))  # type: ignore[misc]
-    return result
+    return reduce(lambda found, item: either(body, found, lambda: compare(body, "==", value, item)), items, False)
 
 
 def choose(body: Any, test: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
@@ -255,10 +194,10 @@ def choose(body: Any, test: Any, yes: Callable[[], Any], no: Callable[[], Any]) 
         kind = c.join_types(*kinds)
         first, second = (body.as_type(value, kind).code for value in values)
         if kind == c.BOOL and second == "false":
-            return Expr(body, c.BOOL, f"({test.code} && {first})")
+            return Expr(body, c.BOOL, f"{test.code} && {first}", True)
         if kind == c.BOOL and first == "true":
-            return Expr(body, c.BOOL, f"({test.code} || {second})")
-        return Expr(body, kind, f"({test.code} ? {first} : {second})")
+            return Expr(body, c.BOOL, f"{test.code} || {second}", True)
+        return Expr(body, kind, f"{test.code} ? {first} : {second}", True)
     return emit_branches(body, test, blocks, [{"t": value} for value in values])["t"]  # type: ignore[index]
 
 
@@ -286,10 +225,6 @@ def _merge_branches(body: Any, name: str, a: Any, b: Any, blocks: tuple[list[str
         return a
     if isinstance(a, tuple) and isinstance(b, tuple) and len(a) == len(b) and not hasattr(a, "_fields"):
         return tuple(_merge_branches(body, name, *pair, blocks) for pair in zip(a, b, strict=True))
-    if isinstance(a, Dual) or isinstance(b, Dual):
-        a, b = (x if isinstance(x, Dual) else Dual(x, 0.0) for x in (a, b))
-        value = _merge_branches(body, name, a.value, b.value, blocks)
-        return Dual(value, _merge_branches(body, name, a.slope, b.slope, blocks))
     kind = c.join_types(type_of(a), type_of(b))
     variable = body.declare(kind, name)
     for lines, value in zip(blocks, (a, b), strict=True):
