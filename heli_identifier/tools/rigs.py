@@ -129,16 +129,26 @@ def split_logs(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[tuple[
             f"{last.path}: {last.duration:.3g} s are too short to be split into a training part and a held-out part, "
             f"{SHORTEST_TO_SPLIT:g} s are needed; give a second log, which is then held out."
         )
-    count, parts = ceil(TRAINING_SHARE * last.samples), list[Log]()
-    for first, stop in ((0, count), (count, last.samples)):
-        begin, end = (last.start + k * last.step for k in (first, stop - 1))
-        note = f"here {begin:g} s to {end:g} s of it ({stop - first} of {last.samples} rows)"
-        signals: dict[str, Any] = {name: getattr(last, name)[first:stop] for name in ("voltages", "angles")}
-        references = {axis: values[first:stop] for axis, values in last.references.items()}
-        parts.append(replace(last, **signals, references=references, start=begin, notes=(*last.notes, note)))
-    training_part, rest = parts
-    rest = replace(rest, name=f"{last.name} from {rest.start:.4g} s")
-    return (training_part,), (rest,), f"held out: the last third of {last.path}, from {rest.start:.4g} s on"
+    count = ceil(TRAINING_SHARE * last.samples)
+    part, rest = cut_log(last, 0, count), cut_log(last, count, last.samples)
+    return (part,), (rest,), f"held out: the last third of {last.path}, from {rest.start:.4g} s on"
+
+
+def cut_log(log: Log, first: int, stop: int) -> Log:
+    """Return a passage of a log without its events, from the sample ``first`` to the one before ``stop``."""
+    if (first, stop) == (0, log.samples):
+        return log
+    begin, end = (log.start + k * log.step for k in (first, stop - 1))
+    return replace(
+        log,
+        name=f"{log.name} from {begin:.4g} s" if first else log.name,
+        voltages=log.voltages[first:stop],
+        angles=log.angles[first:stop],
+        references={axis: values[first:stop] for axis, values in log.references.items()},
+        start=begin,
+        notes=(*log.notes, f"here {begin:g} s to {end:g} s of it ({stop - first} of {log.samples} rows)"),
+        events=(),
+    )
 
 
 def rig_folders(
