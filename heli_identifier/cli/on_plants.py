@@ -154,7 +154,6 @@ def design_controller(
     pitch: float = option(0.0, "Pitch of the operating point, with --axis pitch.", "RAD"),
     period: float | None = args.PERIOD,
     plants: int = option(1000, "Plants over which the designs are judged.", "N"),
-    init: Path | None = option(None, "The course's script with masses and lengths, to compare with.", "FILE.m"),
     config: Path | None = args.CONFIG,
     output: Path = args.folder("control"),
     json: bool = args.JSON,
@@ -174,12 +173,12 @@ def design_controller(
         with progress_bar() as progress:
             result = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)
         document = result.document()
-        model, course, name = result.plants.model, tools.course_values(init), init.name if init else None
+        model = result.plants.model
         files = {
             "design.json": document,
             "design.html": tools.controller_html(result),
             "controller.m": tools.controller_m(result),
-            "init_heli_corrected.m": tools.corrected_init(given, model, course, configuration.geometry, name),
+            "init_heli_corrected.m": tools.corrected_init(given, model, configuration.geometry),
             "controller.json": tools.controller_parameters(result.flown, model.point),
             "nominal.json": tools.controller_parameters(result.baseline.settings, model.point),
         }

@@ -9,7 +9,6 @@ from .controller import design_pid as design_pid
 from .design_files import controller_html as controller_html
 from .design_files import controller_m as controller_m
 from .design_files import corrected_init as corrected_init
-from .design_files import course_values as course_values
 from .design_files import design_table as design_table
 from .design_files import margin_table as margin_table
 from .design_files import step_figure as step_figure

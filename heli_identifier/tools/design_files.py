@@ -7,26 +7,19 @@ The course writes, with V_s = v_front + v_rear and V_d = v_front - v_rear about 
     p'' = K_1 V_d,    e'' = K_2 V_s,    lambda'' = K_3 p
     K_1 = l_p K_f / J_p,    K_2 = l_h K_f / J_e,    K_3 = -l_h K_f V_s0 / J_lambda
 
-The corrected script keeps the lengths and J_e of the student, and gives K_f, J_p and J_lambda the values with which
-these equations have the identified gains: effective inertias, in which the slope of the thrust is contained.
+The corrected script keeps the lengths and J_e of heli.toml, and gives K_f, J_p and J_lambda the values with which these
+equations have the identified gains: effective inertias, in which the slope of the thrust is contained.
 
 Source: laboratory of TTK4115 Linear System Theory, NTNU, "Helicopter lab assignment", parts I to III.
 """
 
-import ast
 import math
-import operator
-import re
-from collections.abc import Mapping
 from dataclasses import asdict, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.errors import ConfigurationError, refuse
-from heli_identifier.files import read_limited
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.results import Axes, ParameterSet, Table, figure, join_words, render, to_digits
@@ -38,17 +31,6 @@ from heli_plant.state_feedback import FeedbackSettings
 
 _SHOWN = 40.0  # largest pole [1/s] that is drawn: faster poles say nothing about the flight
 
-LARGEST_MB = 1.0  # size of a script [MB]
-
-_HOVER = re.compile(r"v_?s_?(0|star|eq|hover)|hover_voltage", re.IGNORECASE)
-"""Names that scripts give to the sum of the voltages at the hover."""
-
-_ASSIGNMENT = re.compile(r"(?:^|;)\s*([A-Za-z]\w*)\s*=(?!=)\s*([^;\n]*)", re.MULTILINE)
-_OPERATORS: dict[type, Any] = {
-    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
-    ast.Pow: operator.pow, ast.USub: operator.neg, ast.UAdd: operator.pos,
-}  # fmt: skip
-_FUNCTIONS = {name: getattr(math, name) for name in ("sqrt", "sin", "cos", "tan", "exp")} | {"_": float}
 _FROM_ROTORS = np.array([[1.0, 1.0], [1.0, -1.0]])
 """(V_s, V_d) of (v_front, v_rear); half of it gives (v_front, v_rear) of (V_s, V_d)."""
 
@@ -132,57 +114,7 @@ def step_figure(design: Design) -> str:
     return figure(panels, "time since the step of the reference [s]", f"Steps, {names}", 1100.0)
 
 
-# --- the course's script ----------------------------------------------------------------------------------------------
-
-
-def course_values(script: Path | None) -> dict[str, float]:
-    """Read the numbers that a MATLAB script assigns; matrices and calls of other functions are left out.
-
-    The script is not run. Numbers, names that were assigned before, ``+ - * / ^``, brackets and a few functions are
-    evaluated. ConfigurationError if the file cannot be read or assigns no number, or a mass or length is none.
-    """
-    values: dict[str, float] = {}
-    advice = "; give the course's init_heli.m"
-    data = read_limited(script, LARGEST_MB, ConfigurationError, advice) if script else b""
-    text = re.sub("%.*", "", data.decode("utf-8", errors="replace"))
-    for match in _ASSIGNMENT.finditer(text):
-        name, assigned = match[1], match[2].strip()
-        marked = re.sub(r"(\^[\s+-]*)\(", r"\1_(", assigned)  # brackets after ^ become a call, so the tree shows them
-        expression = marked.replace("^", "**").replace(".*", "*").replace("./", "/")
-        try:
-            value = _evaluate(ast.parse(expression, mode="eval").body, {**values, "pi": math.pi})
-            if not math.isfinite(value):
-                raise ValueError
-            values[name] = value
-        except (SyntaxError, ValueError, KeyError, TypeError, ArithmeticError, RecursionError) as error:
-            if name in Geometry.__dataclass_fields__:
-                line = text.count("\n", 0, match.start(1)) + 1
-                raise ConfigurationError(
-                    f"{script}, line {line}: {name} = {assigned} is no number; write one, as {name} = 0.5."
-                ) from error
-    refuse(script is not None and not values, f"{script} assigns no number{advice}.")
-    return values
-
-
-def _evaluate(node: ast.expr, known: Mapping[str, float]) -> float:
-    """Evaluate an expression; anything but arithmetic raises KeyError or TypeError."""
-    match node:
-        case ast.Constant(int() | float() as number):
-            return float(number)
-        case ast.Name(name):
-            return known[name]
-        case ast.UnaryOp(operation, operand):
-            return float(_OPERATORS[type(operation)](_evaluate(operand, known)))
-        # MATLAB reads a^b^c, and a^-b^c, from the left, Python's ** from the right
-        case ast.BinOp(a, ast.Pow() as power, ast.BinOp(b, ast.Pow(), c)):
-            return _evaluate(ast.BinOp(ast.BinOp(a, power, b), power, c), known)
-        case ast.BinOp(a, ast.Pow() as power, ast.UnaryOp(sign, ast.BinOp(b, ast.Pow(), c))):
-            return _evaluate(ast.BinOp(ast.BinOp(a, power, ast.UnaryOp(sign, b)), power, c), known)
-        case ast.BinOp(left, operation, right):
-            return float(_OPERATORS[type(operation)](_evaluate(left, known), _evaluate(right, known)))
-        case ast.Call(ast.Name(name), [argument]):
-            return float(_FUNCTIONS[name](_evaluate(argument, known)))
-    raise TypeError
+# --- scripts for MATLAB -----------------------------------------------------------------------------------------------
 
 
 def corrected_values(parameters: ParameterSet, model: LinearModel, geometry: Geometry) -> dict[str, Estimate]:
@@ -205,25 +137,21 @@ def corrected_values(parameters: ParameterSet, model: LinearModel, geometry: Geo
     return values | {"K_f": K_f} | {name: Estimate(inertia, None, "kg m^2") for name, inertia in inertias.items()}
 
 
-def corrected_init(
-    parameters: ParameterSet, model: LinearModel, values: Mapping[str, float], stated: Geometry, script: str | None
-) -> str:
+def corrected_init(parameters: ParameterSet, model: LinearModel, geometry: Geometry) -> str:
     """Return the text of init_heli_corrected.m for a plant and its linear model at the operating point.
 
-    ``values`` are those of a ``script``, if there is one (:func:`course_values`). Masses, lengths and hover that the
-    script does not assign are as ``stated`` by the rig's configuration; the course's equations give other values.
+    A table compares the rig's values with those of the course's equations for the masses, lengths and hover of
+    ``geometry``.
     """
-    renamed = {"hover_voltage" if _HOVER.fullmatch(name) else name: value for name, value in values.items()}
-    geometry = replace(stated, **{name: renamed[name] for name in asdict(stated) if name in renamed})
     V_s0, J, l_h, l_p = geometry.hover_voltage, geometry.inertias, geometry.l_h, geometry.l_p
-    K_f = values.get("K_f", geometry.force_per_volt)
-    nominal = {"V_s0": V_s0, "K_f": K_f, **(J or {})}
+    K_f = geometry.force_per_volt
+    stated = {"V_s0": V_s0, "K_f": K_f, **(J or {})}
     if J and K_f is not None and l_p is not None and l_h is not None:
-        nominal |= {"K_1": l_p * K_f / J["J_p"], "K_2": l_h * K_f / J["J_e"]}
-        nominal["K_3"] = None if V_s0 is None else -l_h * K_f * V_s0 / J["J_lambda"]
+        stated |= {"K_1": l_p * K_f / J["J_p"], "K_2": l_h * K_f / J["J_e"]}
+        stated["K_3"] = None if V_s0 is None else -l_h * K_f * V_s0 / J["J_lambda"]
     rig, rows = corrected_values(parameters, model, geometry), []
     for name, x in rig.items():
-        value = values.get(name, nominal.get(name)) if name != "V_s0" else V_s0
+        value = stated.get(name)
         half_width = f" +- {to_digits(1.96 * x.standard_error, 2)}" if x.standard_error else ""
         difference = f"{100.0 * (x.value / value - 1.0):+.0f} %" if value else ""
         rows.append((name, "" if value is None else to_digits(value), f"{to_digits(x.value)}{half_width}", difference))
@@ -231,9 +159,8 @@ def corrected_init(
     return _script(
         "init_heli_corrected.m.j2",
         point,
-        script=script,
         rig=rig,
-        table=Table("", ("name", "your script says", "the rig says", "differs by"), rows),
+        table=Table("", ("name", "heli.toml says", "the rig says", "differs by"), rows),
         lengths={name: value for name, value in asdict(geometry).items() if value and name != "hover_voltage"},
         system=system,
         B=system.B @ (0.5 * _FROM_ROTORS),
