@@ -210,8 +210,8 @@ def test_the_command_writes_what_the_next_commands_read(tmp_path):
         "design.json", "design.html", "controller.json", "nominal.json", "controller.m", "init_heli_corrected.m",
         "controller.c", "controller.h",
     }  # fmt: skip
-    heli_json("linearise", file, "-o", tmp_path / "c")  # no code of another controller stays beside its PID
-    assert not kept & {p.name for p in (tmp_path / "c").iterdir()} - {"controller.json", "init_heli_corrected.m"}
+    heli_json("design-controller", file, "--kind", "pid", "--axis", "pitch", "--plants", 20, "-o", tmp_path / "c")
+    assert {p.name for p in (tmp_path / "c").iterdir()} == kept - {"controller.c", "controller.h"}
 
 
 def test_gains_in_the_configuration_fly_a_log_again(tmp_path, monkeypatch):

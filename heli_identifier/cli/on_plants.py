@@ -62,7 +62,8 @@ def design(
     """Propose an excitation that shows an effect, or separates two, within the limits of voltage and angle.
 
     With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The gains of
-    the controller come from --controller, as `heli linearise` writes it, or --set, as --set pitch.proportional=6.
+    the controller come from --controller, as `heli design-controller --kind pid` writes it, or from --set, as --set
+    pitch.proportional=6.
     """
     require_range("duration", duration, "s", 20.0, 3600.0)
     one_task = [separate is not None, show is not None, closed_loop].count(True) == 1
@@ -104,12 +105,6 @@ def _read_plant(file: Path | None) -> PlantParameters:
     return PlantParameters()
 
 
-OF_CONTROLLER = (
-    "design.json", "design.html", "controller.m", "controller.c", "controller.h", "nominal.json", "steps.svg",
-)  # fmt: skip
-"""Files of a controller; those of another one do not stay beside a new controller.json."""
-
-
 def linearise(
     parameters: Path = args.PLANT,
     pitch: float = option(0.0, "Pitch of the operating point.", "RAD"),
@@ -119,31 +114,25 @@ def linearise(
     output: Path = args.folder("control"),
     json: bool = args.JSON,
 ) -> None:
-    """Linearise the identified plant with intervals, judge the PID's margins over them, and retune it.
+    """Linearise the identified plant at an operating point, with intervals of all entries.
 
-    The PID is the one of heli.toml (controller.pid); without that entry it has the default gains of the units. Sampled
-    model, margins and gains are those of the period at which it is called (controller.period).
+    The sampled model is that of the period at which a controller is called (controller.period of heli.toml).
 
-    Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
+    Writes linear_model.json and linear_model.mat. `heli design-controller` designs controllers for these plants.
     """
     from scipy.io import savemat
 
     aim = args.find_configuration(config).controller
-    aim = aim if period is None else replace(aim, period=period)
-    with results.write_whole_folder(output, OF_CONTROLLER) as draft:
+    with results.write_whole_folder(output) as draft:
         given = args.read_parameters_and_warn(parameters)
+        period = aim.period if period is None else replace(aim, period=period).period
         with progress_bar() as progress:
-            result = tools.design_pid(given, pitch, elevation, aim, progress=progress)
-        document, matlab = result.linear_document(), BytesIO()
-        savemat(matlab, result.matrices)
-        files = {
-            "linear_model.json": document,
-            "linear_model.mat": matlab.getvalue(),
-            "controller.json": tools.controller_parameters(result.flown, result.plants.model.point),
-            "steps.svg": results.figure_file(tools.step_figure(result)),
-        }
+            plants = tools.allowed_plants(given, pitch, elevation, period, tools.FEW, progress)
+        document, matlab = plants.document(), BytesIO()
+        savemat(matlab, plants.matrices)
+        files = {"linear_model.json": document, "linear_model.mat": matlab.getvalue()}
         results.write_files(draft, files)
-    print_answer(json, document, [tools.margin_table(result)], result.notes, (output, files))
+    print_answer(json, document, [plants.table()], plants.notes, (output, files))
 
 
 def design_controller(
@@ -168,7 +157,7 @@ def design_controller(
     require_range("plants", plants, "1", 20, 20_000)
     configuration = args.find_configuration(config)
     aim = configuration.controller if period is None else replace(configuration.controller, period=period)
-    with results.write_whole_folder(output, OF_CONTROLLER) as draft:
+    with results.write_whole_folder(output, ("controller.c", "controller.h")) as draft:
         given = args.read_parameters_and_warn(parameters)
         with progress_bar() as progress:
             result = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)

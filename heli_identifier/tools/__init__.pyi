@@ -5,13 +5,10 @@ from .campaign import run_campaign as run_campaign
 from .campaign import summarise_rows as summarise_rows
 from .controller import control_advice as control_advice
 from .controller import design_controller as design_controller
-from .controller import design_pid as design_pid
 from .design_files import controller_html as controller_html
 from .design_files import controller_m as controller_m
 from .design_files import corrected_init as corrected_init
 from .design_files import design_table as design_table
-from .design_files import margin_table as margin_table
-from .design_files import step_figure as step_figure
 from .experiment import Limits as Limits
 from .experiment import experiment_table as experiment_table
 from .experiment import find_effects as find_effects
@@ -30,6 +27,8 @@ from .loop import CONTROLLER as CONTROLLER
 from .loop import check_closed_loop as check_closed_loop
 from .loop import controller_parameters as controller_parameters
 from .loop import controller_settings as controller_settings
+from .plants import FEW as FEW
+from .plants import allowed_plants as allowed_plants
 from .rigs import SHORTEST_TO_SPLIT as SHORTEST_TO_SPLIT
 from .rigs import Rig as Rig
 from .rigs import Source as Source

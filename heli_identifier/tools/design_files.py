@@ -39,7 +39,8 @@ def design_table(design: Design) -> Table:
     """Return margins, settling times and stable loops of both designs: of the estimated plant, and what plants keep."""
     titles = {"disk": "disk margin, both rotors"}
     for loop in LOOPS:
-        titles |= {f"{loop}.gain": f"{loop} loop: gain margin", f"{loop}.phase": f"{loop} loop: phase margin [deg]"}
+        margins = {"gain": "gain margin", "phase": "phase margin [deg]", "sensitivity": "peak of the sensitivity"}
+        titles |= {f"{loop}.{name}": f"{loop} loop: {title}" for name, title in margins.items()}
     titles |= {f"{axis}.settling": f"{axis}: settles in [s]" for axis in design.axes}
     rows = []
     for name, title in titles.items():
@@ -50,6 +51,10 @@ def design_table(design: Design) -> Table:
             rows.append((slowest, *(text for x in figures for text in ("", _figure_text(x.worst)))))
     shares = (text for x in design.by_name.values() for text in ("", _figure_text(100.0 * x.stable_share)))
     rows.append(("plants with a stable loop [%]", *shares))
+    for axis in LOOPS if design.kind == "pid" else ():
+        gains = (getattr(judged.settings, axis) for judged in design.by_name.values())
+        own = (", ".join(to_digits(gain, 4) for gain in of_axis) for of_axis in gains)
+        rows.append((f"{axis} loop: P, I, D", *(text for gains_text in own for text in (gains_text, ""))))
     what = f"what {100.0 * CONFIDENCE:.0f} % of {len(design.plants.drawn)} plants keep"
     title = f"{design.kind.upper()} of {join_words(design.axes)}: {what}"
     return Table(title, ("figure", *(head for name in design.by_name for head in (name, "kept"))), rows)
@@ -57,23 +62,6 @@ def design_table(design: Design) -> Table:
 
 def _figure_text(value: float) -> str:
     return to_digits(value) if math.isfinite(value) else "none"
-
-
-def margin_table(design: Design) -> Table:
-    """Return the margins of the present and the retuned PID with their intervals over the plants, and their steps."""
-    rows = []
-    for name, judged in design.by_name.items():
-        for step in judged.steps:
-            gains = ", ".join(to_digits(gain, 4) for gain in getattr(judged.settings, step.axis))
-            margins = []
-            for margin_name, digits in (("gain", 2), ("phase", 0), ("sensitivity", 2)):
-                margin = judged.figures[f"{step.axis}.{margin_name}"]
-                value, low, high = (f"{x:.{digits}f}" for x in (margin.value, *margin.interval))
-                margins.append(f"{value} ({low} to {high})".replace("inf", "∞"))
-            settled = to_digits(step.settling_time, 2)
-            rows.append((step.axis, name, gains, *margins, f"{100.0 * step.overshoot:.0f}", settled))
-    columns = ("loop", "PID", "P, I, D", "gain margin", "phase [deg]", "sensitivity", "overshoot [%]", "settles [s]")
-    return Table("Margins with their 95 % intervals over the plants that the data allow", columns, rows)
 
 
 def controller_html(design: Design) -> str:

@@ -5,8 +5,7 @@ between reading angles and setting voltages, and the input delay.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from functools import cached_property
+from dataclasses import dataclass
 from math import ceil, inf, nan
 from typing import Any
 
@@ -17,14 +16,14 @@ from scipy.stats import rankdata
 from heli_identifier.provenance import provenance
 from heli_identifier.results import to_json_value
 from heli_identifier.tools import margins
-from heli_identifier.tools.linearisation import linear_system
 from heli_identifier.tools.loop import Settings, StepResponse, settling_time, step_response
-from heli_identifier.tools.margins import LOOPS, Array, Plants
+from heli_identifier.tools.margins import LOOPS, Array
+from heli_identifier.tools.plants import Plants
 from heli_plant.control import PidSettings
 from heli_plant.effects import AXES
 from heli_plant.state_feedback import FeedbackSettings
 
-SCHEMA, LINEAR_SCHEMA = "heli-controller/1", "heli-linear-model/2"
+SCHEMA = "heli-controller/1"
 
 CONFIDENCE = 0.95  # share of the plants that keep the promised figures
 LONGEST = 40.0  # length [s] of the steps whose settling is judged
@@ -199,30 +198,3 @@ class Design:
                 "provenance": provenance(),
             }
         )
-
-    def linear_document(self) -> dict[str, Any]:
-        """Return the content of linear_model.json: the matrices by their names, and the loops."""
-        loops = {"before": self.baseline.document, "after": self.robust.document}
-        remarks = {"notes": self.notes, "provenance": provenance()}
-        return to_json_value({"schema": LINEAR_SCHEMA, **self.matrices, "loops": loops, **remarks})
-
-    @cached_property
-    def matrices(self) -> dict[str, Any]:
-        """A, B, C, D continuous, F, G sampled every ``period`` [s], names, and 95 % intervals of A and B."""
-        model = self.plants.model
-        continuous, *drawn = (linear_system(linear.plant, linear.point) for linear in (model, *self.plants.drawn))
-        matrices = {
-            **{key: getattr(continuous, key) for key in "ABCD"},
-            "F": model.sampled.A,
-            "G": model.sampled.B,
-            "period": model.sampled.dt,
-            "states": continuous.state_labels,
-            "inputs": continuous.input_labels,
-            "outputs": continuous.output_labels,
-            "operating_point": asdict(model.point),
-            "input_delay": model.plant.input_delay_rotors,
-        }
-        for name in "AB":
-            ends = np.quantile([getattr(system, name) for system in drawn], (0.025, 0.975), axis=0)
-            matrices[f"{name}_low"], matrices[f"{name}_high"] = ends
-        return matrices
