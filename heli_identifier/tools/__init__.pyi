@@ -33,7 +33,6 @@ from .rigs import SHORTEST_TO_SPLIT as SHORTEST_TO_SPLIT
 from .rigs import Rig as Rig
 from .rigs import Source as Source
 from .rigs import find_rigs as find_rigs
-from .rigs import generate_rigs as generate_rigs
 from .rigs import rig_folders as rig_folders
 from .rigs import source_digest as source_digest
 from .rigs import split_logs as split_logs
