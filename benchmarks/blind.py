@@ -65,7 +65,7 @@ def judge_row(row: Row, truth: Mapping[str, float | None]) -> Row:
     """
     coefficients = [(f"{effect['name']} {effect['axis']}", effect["coefficient"]) for effect in row["effects"] or ()]
     covered = {}
-    for name, estimate in (*(row["parameters"] or {}).items(), *coefficients):
+    for name, estimate in (*(row["parameters_after"] or {}).items(), *coefficients):
         if estimate and estimate["standard_error"] is not None and (value := truth.get(name)) is not None:
             low, high = Estimate(**estimate).interval
             covered[name] = low <= value <= high

@@ -77,7 +77,7 @@ DETENT = {"unknown pitch": None}
 
 def judged(truth, *entries, **parameters):
     effects = [{"name": name, "axis": axis, "coefficient": estimate} for name, axis, estimate in entries]
-    return judge_row({"effects": effects, "parameters": parameters}, truth)
+    return judge_row({"effects": effects, "parameters_after": parameters}, truth)
 
 
 @pytest.mark.parametrize("truth, effects, every, false", [

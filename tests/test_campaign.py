@@ -200,10 +200,10 @@ def row(*effects, verdict="effects shown", **columns):
 
 
 def test_the_table_has_every_column_whatever_the_rows_lack():
-    whole = row(FRICTION, parameters={"a_wx": {"value": 0.061, "standard_error": 0.001, "unit": "1/s"}})
+    whole = row(FRICTION, parameters_after={"a_wx": {"value": 0.061, "standard_error": 0.001, "unit": "1/s"}})
     rows = [whole, complete_row({"rig": "bad", "error": "unreadable"}), row()]
     table = pd.read_parquet(io.BytesIO(parquet_bytes(rows)))
-    known = table["parameters_a_wx_value"]
+    known = table["parameters_after_a_wx_value"]
     assert known[0] == 0.061 and known.isna()[1] and table["error"][1] == "unreadable"
     assert table["effects"][0][0]["name"] == "dry_friction"
 

@@ -63,7 +63,7 @@ CONNECTING = 60.0  # time limit [s] for a scheduler to answer, and then for its 
 Row = dict[str, Any]
 """What :func:`.rigs.summarise_diagnosis` returns, or the text of an ``error``, with the key."""
 
-KEYS = ("rig", "key", "error", "verdict", "effects", "parameters", "seconds")
+KEYS = ("rig", "key", "error", "verdict", "effects", "parameters_after", "seconds")
 """Keys of every complete row; a missing value is None."""
 
 
@@ -197,7 +197,7 @@ def read_row(path: Path) -> Row:
 
 
 def parquet_bytes(rows: Sequence[Row]) -> bytes:
-    """Return rows as a Parquet file, a column for every plain value: ``parameters_k_x_value`` of ``parameters``."""
+    """Return rows as a Parquet file, a column for every plain value: ``axes_pitch_use`` of ``axes``."""
     without_none = [{key: value for key, value in row.items() if value is not None} for row in rows]
     table = pd.json_normalize(without_none, sep="_")
     return table.reindex(columns=[*dict.fromkeys((*KEYS[:4], *table.columns))]).to_parquet()

@@ -20,8 +20,8 @@ from typing import Any, NamedTuple
 from heli_identifier import records
 from heli_identifier.errors import CONFIGURATION_NAME, IdentifierError, LogError, refuse
 from heli_identifier.records import Log, RigConfiguration
-from heli_identifier.results import Diagnosis, diagnose, to_json_value
-from heli_identifier.tracing import DiagnosisSettings, FoundEffect
+from heli_identifier.results import Diagnosis, diagnose
+from heli_identifier.tracing import DiagnosisSettings
 
 ENDINGS = (".csv", ".mat")  # endings of logs, also with .gz behind them; other files in a rig's folder are ignored
 HELD_OUT = "held"  # a log whose name starts with this is held out
@@ -58,33 +58,21 @@ class Rig:
         return replace(diagnosis, notes=(*self.left_out, *diagnosis.notes))
 
 
+KEPT = ("verdict", "closed_loop", "axes", "held_out", "parameters_after", "data", "notes", "seconds")
+KEPT_OF_EFFECTS = ("name", "axis", "verdict", "score", "in_plant", "coefficient", "alternatives")
+"""Keys of diagnosis.json, and of its effects, that fleets and campaigns keep."""
+
+
 def summarise_diagnosis(rig: str, diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return the part of a rig's diagnosis that fleets and campaigns keep, as values for JSON."""
-    stages = ("before", "after", "noise_floor")
-    return to_json_value(
-        {
-            "rig": rig,
-            "verdict": diagnosis.verdict,
-            "closed_loop": diagnosis.closed_loop,
-            "effects": [_summarise_effect(effect) for effect in diagnosis.effects],
-            "possible": [_summarise_effect(effect) for effect in diagnosis.possible],
-            "use": {axis: report.use for axis, report in diagnosis.axes.items()},
-            "held_out_nats": diagnosis.held_out.gain.value,
-            "prediction_1s_rad": {
-                axis: {stage: getattr(report, stage).prediction_1s.value for stage in stages}
-                for axis, report in diagnosis.axes.items()
-            },
-            "parameters": diagnosis.parameters_after,
-            "data": [{"file": log.file, "sha256": log.sha256, "used_for": log.used_for} for log in diagnosis.data],
-            "notes": diagnosis.notes,
-            "seconds": diagnosis.seconds,
-        }
-    )
-
-
-def _summarise_effect(effect: FoundEffect) -> dict[str, Any]:
-    keys = ("name", "axis", "verdict", "score", "in_plant", "coefficient", "alternatives")
-    return {**{key: getattr(effect, key) for key in keys}, "variable": getattr(effect.shape, "variable", None)}
+    """Return the part of a rig's diagnosis.json that fleets and campaigns keep."""
+    document = diagnosis.to_dict()
+    row = {"rig": rig, **{key: document[key] for key in KEPT}}
+    for found in ("effects", "possible"):
+        row[found] = [
+            {**{key: effect[key] for key in KEPT_OF_EFFECTS}, "variable": effect["shape"].get("variable")}
+            for effect in document[found]
+        ]
+    return row
 
 
 class Source(NamedTuple):
