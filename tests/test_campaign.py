@@ -11,13 +11,11 @@ from importlib import import_module
 from types import SimpleNamespace
 
 import dask
-import numpy as np
 import pandas as pd
 import pytest
 
 from heli_identifier import tools
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.records import Log
 from heli_identifier.tools.campaign import complete_row, parquet_bytes, read_row, summarise_rows
 from heli_identifier.tools.rigs import source_digest
 from heli_identifier.tracing import DiagnosisSettings
@@ -81,13 +79,12 @@ def test_a_result_has_the_name_of_its_settings_and_code_in_every_process(module,
     assert dask.base.tokenize(replace(SETTINGS, voltage_limit=6.0)) != dask.base.tokenize(SETTINGS)
 
 
-def test_rigs_results_and_folders_that_are_none_are_refused(tmp_path):
-    log, torn = Log("log", 100.0, np.zeros((9, 2)), np.zeros((9, 3))), tmp_path / "k.json"
+def test_results_and_folders_that_are_none_are_refused(tmp_path):
+    torn = tmp_path / "k.json"
     torn.write_text("torn")
     for wrong, said in (
         (partial(read_row, torn), r"k\.json is not a result"),
         (partial(tools.run_campaign, [], torn), "k.json is a file, a folder is needed there"),
-        (partial(tools.Rig, (log,), ()), "held_out"),
     ):
         with pytest.raises(ConfigurationError, match=said):
             wrong()

@@ -54,7 +54,12 @@ def test_two_effects_that_look_alike_are_separated_with_larger_errors():
 def expected(*errors):
     """An outlook whose effects have these standard errors if both are in question."""
     sights = tuple(experiment.Sight("", "", 0.1, 1e-3, error, "1") for error in errors)
-    return experiment.Outlook("", 40.0, sights, 0.9, 0.5, 0.3)
+    return experiment.Outlook("", sights, 0.9, 0.5, 0.3)
+
+
+def ranked(*outlooks):
+    proposals = [Proposal(str(number)) for number in range(len(outlooks))]
+    return [*experiment.rank_outlooks(dict(zip(proposals, outlooks, strict=True))).values()]
 
 
 def test_an_experiment_beyond_the_limits_is_not_proposed_in_open_or_closed_loop_and_voltages_keep_theirs():
@@ -76,10 +81,10 @@ def test_an_experiment_beyond_the_limits_is_not_proposed_in_open_or_closed_loop_
 def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
     lopsided, fair, alike = expected(0.5, 4.0), expected(1.0, 1.0), expected(2.06, 2.06)
     # relative to the smallest errors .5 and 1: 4, 2 and 4.1
-    assert experiment.rank_outlooks([alike, lopsided, fair]) == [fair, lopsided, alike]
+    assert ranked(alike, lopsided, fair) == [fair, lopsided, alike]
     never, shown = expected(np.inf, 2.0), expected(np.inf, 1.0)  # nothing shows the first effect: the second decides
-    assert experiment.rank_outlooks([never, shown]) == [shown, never]
-    assert experiment.rank_outlooks([]) == []
+    assert ranked(never, shown) == [shown, never]
+    assert ranked() == []
 
 
 def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_path):

@@ -90,10 +90,10 @@ def design(
     with progress_bar() as progress:
         ranked = tools.rank_proposals(plant, entries, duration, limits, progress=progress)
     refuse(not ranked, f"no proposal {no_flight}; widen the limits, or fly under the controller with --closed-loop.")
-    listed = ranked[: 10 if json else 5]
+    listed = [*ranked.values()][: 10 if json else 5]
     print_answer(json, results.to_json_value(listed), [tools.experiment_table(listed)])
     if output is not None:
-        tools.write_voltages(ranked[0], plant, limits, output)
+        tools.write_voltages(next(iter(ranked)), duration, output)
         note(f"voltages of the best: {output}")
 
 

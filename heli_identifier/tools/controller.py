@@ -89,7 +89,6 @@ def design_controller(
     else:
         integral = kind == "lqi"
         nominal = design_feedback(model, aim, other, integral)
-        continuous = design_feedback(model, aim, other, integral, sampled=False)
         robust, reached = _find_robust(plants, nominal, aim, other, integral)
         if reached < aim.disk_margin:
             notes.append(
@@ -98,7 +97,7 @@ def design_controller(
         progress("judging", 0.8)
         judged_nominal = judge_controller(plants, nominal, axes)
         judged_robust = judged_nominal if robust == nominal else judge_controller(plants, robust, axes)
-        design = Design(kind, axes, plants, judged_nominal, judged_robust, robust, (), continuous)
+        design = Design(kind, axes, plants, judged_nominal, judged_robust, robust, ())
         checked, remedy = design.robust, "lower the weights of the angles, or sample faster"
     unstable = "the designed loop is unstable on the identified plant, with its delay and bending"
     refuse(not checked.is_stable, f"{unstable}; {remedy}.")

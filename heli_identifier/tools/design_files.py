@@ -160,7 +160,7 @@ def corrected_init(parameters: ParameterSet, model: LinearModel, geometry: Geome
 def controller_m(design: Design) -> str:
     """Return the text of controller.m: the nominal design, whose names end with ``_nominal``, then the robust design.
 
-    A state feedback has the course's inputs (V_s, V_d); it comes sampled and, with the same weights, continuous.
+    A state feedback has the course's inputs (V_s, V_d).
     """
     robust, designs = design.robust, list[tuple[Judged, str, str]]()
     for name, judged in design.by_name.items():

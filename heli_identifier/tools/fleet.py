@@ -30,7 +30,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.records import find_shared_flight
 from heli_identifier.results import Diagnosis, effect_name, slope_estimates, to_json_value
-from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pool_estimates
+from heli_identifier.tools.meta_analysis import Pooled, pool_estimates
 from heli_identifier.tools.rigs import Rig, error_text, summarise_diagnosis
 from heli_identifier.tracing import CatalogueVerdict, Progress, Verdict
 from heli_plant.effects import effect
@@ -122,12 +122,6 @@ class Fleet:
                 "failures": [{"rig": rig, "error": error} for rig, error in self.failures.items()],
                 "effects": self.effects,
                 "parameters": self.parameters,
-                "settings": {
-                    "level": LEVEL,
-                    "false_discovery_rate": FALSE_DISCOVERY_RATE,
-                    "largest_like_spread": LARGEST_LIKE_SPREAD,
-                    "homogeneous_p": HOMOGENEOUS,
-                },
                 "provenance": provenance(),
             }
         )

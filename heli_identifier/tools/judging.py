@@ -21,7 +21,6 @@ from heli_identifier.tools.margins import LOOPS, Array
 from heli_identifier.tools.plants import Plants
 from heli_plant.control import PidSettings
 from heli_plant.effects import AXES
-from heli_plant.state_feedback import FeedbackSettings
 
 SCHEMA = "heli-controller/1"
 
@@ -158,8 +157,7 @@ class Design:
     ``kind`` is pid, lqr or lqi, ``axes`` are the controlled angles, ``plants`` those over which both were judged.
     ``baseline`` is the design by the weights, or the present PID; ``robust`` is the robust design, or the retuned PID.
     ``flown`` is delivered: the robust controller, but with the present gains of PID loops whose retuned gains must not
-    be flown. ``notes`` are about the plant, the search and these loops; ``continuous`` is the first design in
-    continuous time, None for a PID.
+    be flown. ``notes`` are about the plant, the search and these loops.
     """
 
     kind: str
@@ -169,7 +167,6 @@ class Design:
     robust: Judged
     flown: Settings
     notes: tuple[str, ...]
-    continuous: FeedbackSettings | None = None
 
     @property
     def by_name(self) -> dict[str, Judged]:
@@ -179,8 +176,7 @@ class Design:
 
     def document(self) -> dict[str, Any]:
         """Return the content of design.json; null stands for an infinite value."""
-        model, c = self.plants.model, self.continuous
-        gains = {"K": c.gain, "K_z": c.integral, "L": c.innovation, "N": c.reference} if c else {}
+        model = self.plants.model
         return to_json_value(
             {
                 "schema": SCHEMA,
@@ -193,7 +189,6 @@ class Design:
                 "confidence": CONFIDENCE,
                 "nominal": self.baseline.document,
                 "robust": self.robust.document,
-                "continuous": gains,
                 "notes": self.notes,
                 "provenance": provenance(),
             }

@@ -53,7 +53,7 @@ def controller_settings(default: Controller, values: Mapping[str, float]) -> Con
 def controller_parameters(settings: Settings, point: OperatingPoint) -> ParameterSet:
     """Return the parameters with which a controller's unit holds an operating point.
 
-    Zero parameters of a StateFeedback are left out, and of a PID the parameters of loops that are off.
+    Zero parameters of a StateFeedback, of which it has many, are left out.
     """
     values = {
         variable.name: Estimate(float(field_of(settings, variable.field)), None, variable.unit or "1")
@@ -64,9 +64,7 @@ def controller_parameters(settings: Settings, point: OperatingPoint) -> Paramete
     if isinstance(settings, FeedbackSettings):
         nonzero = {name: estimate for name, estimate in values.items() if estimate.value}
         return ParameterSet(FEEDBACK, nonzero, provenance=provenance())
-    off = ("rate.", "travel.pitch_limit", *(() if settings.travel_enabled else ("travel.",)))
-    used = {name: estimate for name, estimate in values.items() if not name.startswith(off)}
-    return ParameterSet(CONTROLLER, used, provenance=provenance())
+    return ParameterSet(CONTROLLER, values, provenance=provenance())
 
 
 def _parameters(settings: Settings) -> list[Variable]:

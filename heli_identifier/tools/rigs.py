@@ -33,7 +33,7 @@ SHORTEST_TO_SPLIT = 25.0
 
 @dataclass(frozen=True)
 class Rig:
-    """The data set of one rig: training logs and held-out logs; ConfigurationError if one of them is missing."""
+    """The data set of one rig: training logs and held-out logs."""
 
     training: tuple[Log, ...]
     held_out: tuple[Log, ...]
@@ -43,13 +43,6 @@ class Rig:
     """What was held out if the names of the logs do not say so."""
     left_out: tuple[str, ...] = ()
     """Why logs in its folder are not used."""
-
-    def __post_init__(self) -> None:
-        for name in ("training", "held_out"):
-            logs = tuple(getattr(self, name))
-            valid = bool(logs) and all(isinstance(log, Log) for log in logs)
-            refuse(not valid, f"rig.{name} = {logs!r} must hold one or more logs.")
-            object.__setattr__(self, name, logs)
 
     def diagnose(self, settings: DiagnosisSettings | None = None, **options: Any) -> Diagnosis:
         """Diagnose it; its own configuration overrides the settings, and the notes say which logs are left out."""
