@@ -1,6 +1,6 @@
 """A design as files: its page, tables and figures, and MATLAB files with the names of the course's script.
 
-The page shows steps over the plants that the data allow, the margins of these plants, and the poles.
+The page shows steps over the plants that the data allow, and the margins of these plants.
 
 The course writes, with V_s = v_front + v_rear and V_d = v_front - v_rear about the hover V_s0,
 
@@ -28,8 +28,6 @@ from heli_identifier.tools.linearisation import STATES, LinearModel, OperatingPo
 from heli_identifier.tools.margins import LOOPS
 from heli_plant.geometry import Geometry
 from heli_plant.state_feedback import FeedbackSettings
-
-_SHOWN = 40.0  # largest pole [1/s] that is drawn: faster poles say nothing about the flight
 
 _FROM_ROTORS = np.array([[1.0, 1.0], [1.0, -1.0]])
 """(V_s, V_d) of (v_front, v_rear); half of it gives (v_front, v_rear) of (V_s, V_d)."""
@@ -65,13 +63,12 @@ def _figure_text(value: float) -> str:
 
 
 def controller_html(design: Design) -> str:
-    """Return the text of design.html: steps, distribution of the disk margin, poles with the estimated plant."""
+    """Return the text of design.html: steps, and the distribution of the disk margin over the plants."""
     promises = [f"{x.figures['disk'].promised:.2f} with the {name} design" for name, x in design.by_name.items()]
-    margins, poles = Axes("plants [%]"), Axes("imaginary part [1/s]")
+    margins = Axes("plants [%]")
     for (name, judged), role in zip(design.by_name.items(), ("before", "after"), strict=False):
-        disks, slow = np.sort(judged.disks), judged.poles[np.abs(judged.poles) < _SHOWN]
+        disks = np.sort(judged.disks)
         margins.line(disks, 100.0 * np.arange(1, len(disks) + 1) / len(disks), role, name)
-        poles.points(slow.real, slow.imag, role, name)
     return render(
         "design.html.j2",
         title=f"{design.kind.upper()} of {join_words(design.axes)}",
@@ -82,7 +79,6 @@ def controller_html(design: Design) -> str:
         table=design_table(design),
         steps=step_figure(design),
         margins=figure([margins], "disk margin of at most", "Distribution of the disk margin over the plants"),
-        poles=figure([poles], "real part [1/s]", "Poles of the closed loops"),
     )
 
 

@@ -6,11 +6,10 @@ between reading angles and setting voltages, and the input delay.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil, inf, nan
+from math import ceil, inf
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import rankdata
 
 from heli_identifier.provenance import provenance
@@ -19,7 +18,6 @@ from heli_identifier.tools import margins
 from heli_identifier.tools.loop import Settings, StepResponse, settling_time, step_response
 from heli_identifier.tools.margins import LOOPS, Array
 from heli_identifier.tools.plants import Plants
-from heli_plant.control import PidSettings
 from heli_plant.effects import AXES
 
 SCHEMA = "heli-controller/1"
@@ -28,7 +26,7 @@ CONFIDENCE = 0.95  # share of the plants that keep the promised figures
 LONGEST = 40.0  # length [s] of the steps whose settling is judged
 SHOWN = {"pitch": 12.0, "elevation": 12.0, "travel": 30.0}  # length [s] of the steps that are shown
 MARGINS = margins.Margins._fields
-UNSTABLE = margins.Margins(gain=1.0, phase=0.0, sensitivity=inf, crossover=nan)  # margins of an unstable loop
+UNSTABLE = margins.Margins(gain=1.0, phase=0.0, sensitivity=inf)  # margins of an unstable loop
 SMALLER_IS_BETTER = ("sensitivity", "settling")  # figures whose names end so are better if they are smaller
 
 
@@ -58,8 +56,6 @@ class Judged:
     """Whether the loop with the estimated plant is stable."""
     stable_share: float
     """Share of the drawn plants with a stable loop."""
-    poles: NDArray[Any]
-    """Of the closed loop with the estimated plant [1/s], shape (n,)."""
     disks: Array
     """Disk margins of the drawn plants, shape (M,)."""
     steps: tuple[StepResponse, ...]
@@ -70,21 +66,7 @@ class Judged:
     @property
     def document(self) -> dict[str, Any]:
         """The content of a JSON file."""
-        settings, figures, gains = self.settings, self.figures, {}
-        if isinstance(settings, PidSettings):
-            gains = {"gains": {axis: getattr(settings, axis)._asdict() for axis in LOOPS}, "trim_V": settings.trim}
-        return {
-            **gains,
-            "stable_share": self.stable_share,
-            "disk_margin": figures["disk"],
-            "margins": {loop: {name: figures[f"{loop}.{name}"] for name in MARGINS} for loop in LOOPS},
-            "settling_time_s": {step.axis: figures[f"{step.axis}.settling"] for step in self.steps},
-            "steps": {
-                step.axis: {"size_rad": step.size, "overshoot": step.overshoot, "settling_time_s": step.settling_time}
-                for step in self.steps
-            },
-            "poles": [[pole.real, pole.imag] for pole in self.poles.tolist()],
-        }
+        return {"stable_share": self.stable_share, "figures": self.figures}
 
 
 def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) -> Judged:
@@ -97,8 +79,7 @@ def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) ->
     for index, loop_name in enumerate(LOOPS):
         gains = margins.loop_gain(plants.responses, response, index)
         of_plants = [
-            margins.loop_margins(gain, plants.omega) if is_stable else UNSTABLE
-            for gain, is_stable in zip(gains, stable, strict=True)
+            margins.loop_margins(gain) if is_stable else UNSTABLE for gain, is_stable in zip(gains, stable, strict=True)
         ]
         for name, column in zip(MARGINS, np.transpose(of_plants), strict=True):
             columns[f"{loop_name}.{name}"] = column
@@ -110,15 +91,11 @@ def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) ->
             paths = np.array([margins.unit_step(loop, index, round(LONGEST / period))[:, index] for loop in loops])
             columns[f"{axis}.settling"] = np.array([settling_time(path, period) for path in paths])
             band[axis] = np.quantile(paths[1:, : round(SHOWN[axis] / period)], (0.025, 0.975), axis=0)
-    # without the poles of shift registers and of states that no input moves
-    z = np.linalg.eigvals(loops[0].A).astype(complex)
-    poles = np.log(z[np.abs(z) > 1e-3]) / period
     return Judged(
         settings=settings,
         figures=_figures(columns),
         is_stable=bool(stable[0]),
         stable_share=float(np.mean(stable[1:])),
-        poles=poles[np.abs(poles) > 1e-6],
         disks=columns["disk"][1:],
         steps=tuple(step_response(model, settings, axis, duration=SHOWN[axis]) for axis in axes),
         band=band,

@@ -151,16 +151,13 @@ def settling_time(share: Array, period: float) -> float:
 class StepResponse(NamedTuple):
     """Response of an ``axis`` to a step of its reference by ``size`` [rad] at the ``time`` (N,) 0 [s].
 
-    ``angle`` (N,) is the deviation from the operating point [rad], ``overshoot`` the largest excess as a share of the
-    step; ``settling_time`` [s] is infinite if the response does not settle.
+    ``angle`` (N,) is the deviation from the operating point [rad].
     """
 
     axis: str
     time: Array
     angle: Array
     size: float
-    overshoot: float
-    settling_time: float
 
 
 def step_response(
@@ -178,10 +175,7 @@ def step_response(
     references = np.where(np.arange(count)[:, None] < lead, hold, hold + size * np.eye(3)[index])
     state, held = rigid_start(point.state(plant), plant), (point.v_front, point.v_rear)
     angles, _ = fly(plant, settings, references, state, held, period, start_at_rest(settings, point))
-    angle = angles[:, index] - hold[index]
-    excess = max(float(np.max(angle / size)) - 1.0, 0.0)
-    settled = settling_time(angle[lead:] / size, period)
-    return StepResponse(axis, np.arange(count) * period - LEAD, angle, size, excess, settled)
+    return StepResponse(axis, np.arange(count) * period - LEAD, angles[:, index] - hold[index], size)
 
 
 def check_closed_loop(

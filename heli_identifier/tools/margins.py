@@ -124,17 +124,16 @@ class Margins(NamedTuple):
     """Margins of one loop.
 
     ``gain`` is the factor by which the loop gain may grow, infinite without a limit; ``phase`` [deg]; ``sensitivity``
-    the peak of abs(1/(1 + l)); ``crossover`` the highest frequency [rad/s] of unit gain.
+    the peak of abs(1/(1 + l)).
     """
 
     gain: float
     phase: float
     sensitivity: float
-    crossover: float
 
 
-def loop_margins(gain: Responses, omega: Array) -> Margins:
-    """Return the margins of a loop gain (N,) of negative feedback at growing frequencies ``omega`` (N,) [rad/s].
+def loop_margins(gain: Responses) -> Margins:
+    """Return the margins of a loop gain (N,) of negative feedback at growing frequencies.
 
     Between two frequencies, 2 % apart in :func:`frequencies`, the gain is interpolated: margins are accurate to 1e-3.
     """
@@ -147,12 +146,10 @@ def loop_margins(gain: Responses, omega: Array) -> Margins:
     share = size[unit_gain] / (size[unit_gain] - size[unit_gain + 1])
     turn = np.angle(after[unit_gain] / before[unit_gain])
     phases = np.abs(np.angle(-before[unit_gain] * np.exp(1j * share * turn), deg=True))
-    crossovers = omega[unit_gain] * (omega[unit_gain + 1] / omega[unit_gain]) ** share
     return Margins(
         float(min(factors[factors > 1.0], default=np.inf)),
         float(min(phases, default=np.inf)),
         float(np.max(1.0 / np.abs(1.0 + gain))),
-        float(max(crossovers, default=np.nan)),
     )
 
 
