@@ -16,7 +16,7 @@ import pytest
 
 from heli_identifier import tools
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.tools.campaign import complete_row, parquet_bytes, read_row, summarise_rows
+from heli_identifier.tools.campaign import KEYS, parquet_bytes, read_row, summarise_rows
 from heli_identifier.tools.rigs import source_digest
 from heli_identifier.tracing import DiagnosisSettings
 from tests.commands import run_python
@@ -191,14 +191,17 @@ FRICTION = {"name": "dry_friction", "axis": "pitch", "coefficient": {"value": 0.
 LAG = {"name": "motor_lag", "axis": "rotors", "coefficient": None}
 
 
+BAD = dict.fromkeys(KEYS) | {"rig": "bad", "error": "unreadable", "seconds": 0.1}
+
+
 def row(*effects, verdict="effects shown", **columns):
     known = {"rig": "r", "key": "k", "verdict": verdict, "effects": list(effects), "seconds": 2.0}
-    return complete_row(known | columns)
+    return dict.fromkeys(KEYS) | known | columns
 
 
 def test_the_table_has_every_column_whatever_the_rows_lack():
     whole = row(FRICTION, parameters_after={"a_wx": {"value": 0.061, "standard_error": 0.001, "unit": "1/s"}})
-    rows = [whole, complete_row({"rig": "bad", "error": "unreadable"}), row()]
+    rows = [whole, BAD, row()]
     table = pd.read_parquet(io.BytesIO(parquet_bytes(rows)))
     known = table["parameters_after_a_wx_value"]
     assert known[0] == 0.061 and known.isna()[1] and table["error"][1] == "unreadable"
@@ -207,7 +210,7 @@ def test_the_table_has_every_column_whatever_the_rows_lack():
 
 def test_summary_counts_verdicts_effects_and_failures_apart():
     rows = [row(FRICTION), row(LAG), row(LAG), row(verdict="model adequate", seconds=4.0)]
-    summary = summarise_rows([*rows, complete_row({"rig": "bad", "error": "unreadable", "seconds": 0.1})])
+    summary = summarise_rows([*rows, BAD])
     assert summary["verdicts"] == {"effects shown": 3, "model adequate": 1, "unknown effect": 0}
     assert summary["effects"] == [("motor_lag rotors", 2), ("dry_friction pitch", 1)]
     assert (summary["rigs"], summary["failures"]) == (4, [("bad", "unreadable")])

@@ -117,8 +117,8 @@ def run_campaign(
             client = _connect_workers(scheduler, stack) if scheduler is not None else _start_workers(workers, stack)
             for row in _collect_rows(client, waiting, work, settings):
                 write_atomically(files[row["key"]], document_text(row))
-                done[row["key"]] = complete_row(row)
-                failed += row.get("error") is not None
+                done[row["key"]] = row
+                failed += row["error"] is not None
                 text = f"{len(done)} of {len(by_key)} rigs done" + (f", {failed} failed" if failed else "")
                 progress(text, len(done) / len(by_key))
         rows = [done[key] for key in by_key]
@@ -177,21 +177,16 @@ def _collect_rows(
             row = {"rig": waiting[future.key].rig, "error": f"{type(error).__name__}: {error}"}
         # While this process holds a future, Dask would compute its result again after the death of a worker.
         future.release()
-        yield row | {"key": future.key}
+        yield dict.fromkeys(KEYS) | row | {"key": future.key}
 
 
 # --- rows ------------------------------------------------------------------------------------------------------------
 
 
-def complete_row(row: Row) -> Row:
-    """Return a row with every key."""
-    return dict.fromkeys(KEYS) | row
-
-
 def read_row(path: Path) -> Row:
     """Read a row of a campaign; ConfigurationError if the file holds no row."""
     try:
-        return complete_row(json.loads(path.read_text(encoding="utf-8")))
+        return dict.fromkeys(KEYS) | json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, TypeError) as error:
         raise ConfigurationError(f"{path} is not a result of a campaign: {error}; move it away.") from error
 

@@ -62,10 +62,7 @@ class RigEstimate:
     """
 
     rig: str
-    value: float
-    standard_error: float | None
-    unit: str
-    interval: tuple[float, float]
+    estimate: Estimate
     verdict: str
     left_out: str
     named: bool
@@ -172,13 +169,14 @@ def combine_rigs(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str]
     for rig, diagnosis in diagnoses.items():
         for entry in diagnosis.catalogue:
             status = (str(entry.verdict), *_reason_left_out(diagnosis, entry))
-            estimates[entry.name, entry.axis].append(_rig_estimate(rig, entry.estimate, *status))
+            estimates[entry.name, entry.axis].append(RigEstimate(rig, entry.estimate, *status))
         for name, value in slope_estimates(diagnosis).items():
             left_out = "" if _is_determined(value) else "given"
-            estimates[name, ""].append(_rig_estimate(rig, value, "", left_out, False))
+            estimates[name, ""].append(RigEstimate(rig, value, "", left_out, False))
     means = dict[tuple[str, str], Pooled | None]()
     for key, of_rigs in estimates.items():
-        pairs = [(estimate.value, estimate.standard_error or 0.0) for estimate in of_rigs if not estimate.left_out]
+        pooled = [of_rig.estimate for of_rig in of_rigs if not of_rig.left_out]
+        pairs = [(estimate.value, estimate.standard_error or 0.0) for estimate in pooled]
         means[key] = pool_estimates(*zip(*pairs, strict=True)) if len(pairs) > 1 else None
     shown = [effect for diagnosis in diagnoses.values() for effect in diagnosis.effects]
     # Benjamini and Hochberg: p of every effect after correction over the catalogue
@@ -192,7 +190,7 @@ def combine_rigs(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str]
         others = tuple(dict.fromkeys(o for e in shown if (e.name, e.axis) == (name, axis) for o in e.alternatives))
         alike = mean.alike if mean else None
         coefficients.append(
-            Coefficient(name, axis, finding, named, others, of_rigs[0].unit, alike, mean, tuple(of_rigs))
+            Coefficient(name, axis, finding, named, others, of_rigs[0].estimate.unit, alike, mean, tuple(of_rigs))
         )
     order = [*Finding]
     effects = sorted(
@@ -201,10 +199,6 @@ def combine_rigs(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str]
     )
     parameters = tuple(c for c in coefficients if not c.finding and c.pooled)
     return Fleet(dict(diagnoses), tuple(effects), parameters, dict(failures or {}))
-
-
-def _rig_estimate(rig: str, x: Estimate, verdict: str, left_out: str, named: bool) -> RigEstimate:
-    return RigEstimate(rig, x.value, x.standard_error, x.unit, x.interval, verdict, left_out, named)
 
 
 def _reason_left_out(diagnosis: Diagnosis, entry: CatalogueVerdict) -> tuple[str, bool]:

@@ -119,8 +119,8 @@ def forest_figure(coefficient: Coefficient) -> str:
         if not estimate.left_out:
             role, kind = ("measured", "open") if is_effect and not estimate.named else ("after", "points")
             label = ("named" if estimate.named else "not named") if is_effect else ""
-            panel.line(estimate.interval, (row, row), role, width=2.0)
-            panel.points([estimate.value], [row], role, label, kind)
+            panel.line(estimate.estimate.interval, (row, row), role, width=2.0)
+            panel.points([estimate.estimate.value], [row], role, label, kind)
     if mean is not None:
         row = len(coefficient.rigs)
         panel.line(mean.interval, (row, row), "before", width=2.4)
@@ -136,8 +136,9 @@ def forest_figure(coefficient: Coefficient) -> str:
 
 def _window(coefficient: Coefficient) -> tuple[float, float]:
     """Return the ends of the x axis, which holds all values, zero for an effect, and intervals up to a limit."""
-    mean, intervals = coefficient.pooled, [estimate.interval for estimate in coefficient.counted]
-    values = [*(estimate.value for estimate in coefficient.counted), *([0.0] if coefficient.finding else [])]
+    mean, estimates = coefficient.pooled, [of_rig.estimate for of_rig in coefficient.counted]
+    values = [*(estimate.value for estimate in estimates), *([0.0] if coefficient.finding else [])]
+    intervals = [estimate.interval for estimate in estimates]
     ends = [*values, *chain(*intervals), *(mean.interval if mean else ())]
     middle, reach = 0.5 * (min(values) + max(values)), 0.5 * (max(values) - min(values))
     narrowest = min((0.5 * (high - low) for low, high in intervals), default=0.0)
