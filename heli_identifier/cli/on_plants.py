@@ -150,26 +150,25 @@ def design_controller(
     """Design a controller whose margins hold over every plant that the data allow, as a unit, MATLAB code and C.
 
     Writes design.json, design.html, controller.json (the robust design) and nominal.json for `heli build`,
-    controller.m, init_heli_corrected.m, and of LQR and LQI controller.c with its header.
+    controller.m, and of LQR and LQI controller.c with its header.
     """
     from fmu_src.native import controller_sources
 
     require_range("plants", plants, "1", 20, 20_000)
-    configuration = args.find_configuration(config)
-    aim = configuration.controller if period is None else replace(configuration.controller, period=period)
+    aim = args.find_configuration(config).controller
+    aim = aim if period is None else replace(aim, period=period)
     with results.write_whole_folder(output, ("controller.c", "controller.h")) as draft:
         given = args.read_parameters_and_warn(parameters)
         with progress_bar() as progress:
             result = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)
         document = result.document()
-        model = result.plants.model
+        point = result.plants.model.point
         files = {
             "design.json": document,
             "design.html": tools.controller_html(result),
-            "controller.m": tools.controller_m(result),
-            "init_heli_corrected.m": tools.corrected_init(given, model, configuration.geometry),
-            "controller.json": tools.controller_parameters(result.flown, model.point),
-            "nominal.json": tools.controller_parameters(result.baseline.settings, model.point),
+            "controller.m": tools.controller_m(result, given),
+            "controller.json": tools.controller_parameters(result.flown, point),
+            "nominal.json": tools.controller_parameters(result.baseline.settings, point),
         }
         if isinstance(result.robust.settings, FeedbackSettings):
             files |= controller_sources(result.robust.settings)

@@ -7,7 +7,6 @@ from .controller import control_advice as control_advice
 from .controller import design_controller as design_controller
 from .design_files import controller_html as controller_html
 from .design_files import controller_m as controller_m
-from .design_files import corrected_init as corrected_init
 from .design_files import design_table as design_table
 from .experiment import Limits as Limits
 from .experiment import experiment_table as experiment_table

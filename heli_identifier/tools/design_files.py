@@ -1,21 +1,16 @@
-"""A design as files: its page, tables and figures, and MATLAB files with the names of the course's script.
+"""A design as files: its page, table and figures, and a MATLAB file with the names of a course.
 
 The page shows steps over the plants that the data allow, and the margins of these plants.
 
 The course writes, with V_s = v_front + v_rear and V_d = v_front - v_rear about the hover V_s0,
 
     p'' = K_1 V_d,    e'' = K_2 V_s,    lambda'' = K_3 p
-    K_1 = l_p K_f / J_p,    K_2 = l_h K_f / J_e,    K_3 = -l_h K_f V_s0 / J_lambda
-
-The corrected script keeps the lengths and J_e of heli.toml, and gives K_f, J_p and J_lambda the values with which these
-equations have the identified gains: effective inertias, in which the slope of the thrust is contained.
 
 Source: laboratory of TTK4115 Linear System Theory, NTNU, "Helicopter lab assignment", parts I to III.
 """
 
 import math
-from dataclasses import asdict, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,9 +19,8 @@ from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.results import Axes, ParameterSet, Table, figure, join_words, render, to_digits
 from heli_identifier.tools.judging import CONFIDENCE, Design, Judged
-from heli_identifier.tools.linearisation import STATES, LinearModel, OperatingPoint, linear_system
+from heli_identifier.tools.linearisation import LinearModel, linear_system
 from heli_identifier.tools.margins import LOOPS
-from heli_plant.geometry import Geometry
 from heli_plant.state_feedback import FeedbackSettings
 
 _FROM_ROTORS = np.array([[1.0, 1.0], [1.0, -1.0]])
@@ -98,76 +92,46 @@ def step_figure(design: Design) -> str:
     return figure(panels, "time since the step of the reference [s]", f"Steps, {names}", 1100.0)
 
 
-# --- scripts for MATLAB -----------------------------------------------------------------------------------------------
+# --- MATLAB -----------------------------------------------------------------------------------------------------------
 
 
-def corrected_values(parameters: ParameterSet, model: LinearModel, geometry: Geometry) -> dict[str, Estimate]:
-    """Return the course's quantities by the rig; force and inertias only if masses and lengths are known."""
-
-    def times(x: Estimate, factor: float) -> Estimate:
-        return Estimate(factor * x.value, x.standard_error and abs(factor) * x.standard_error, "")
-
-    J, lift, l_h, l_p = geometry.inertias, model.point.lift, geometry.l_h, geometry.l_p
-    A = linear_system(model.plant, model.point).A  # gains as slopes at the operating point; columns 6, 7: rotors
-    slopes = (0.5 * (A[3, 6] - A[3, 7]), 0.5 * (A[4, 6] + A[4, 7]), A[5, 0])
-    gains = (parameters.values[f"{axis}.gain"] for axis in ("pitch", "elevation", "travel"))
-    K_1, K_2, K_3 = (times(gain, float(slope) / gain.value) for gain, slope in zip(gains, slopes, strict=True))
-    values = {"K_1": K_1, "K_2": K_2, "K_3": K_3, "V_s0": Estimate(lift, None, "V")}
-    if J is None or l_h is None or l_p is None:
-        return values
-    K_f = times(K_2, J["J_e"] / l_h)
-    J_p, J_lambda = l_p * K_f.value / K_1.value, l_h * K_f.value * lift / abs(K_3.value)
-    inertias = {"J_e": J["J_e"], "J_p": J_p, "J_lambda": J_lambda}
-    return values | {"K_f": K_f} | {name: Estimate(inertia, None, "kg m^2") for name, inertia in inertias.items()}
+def course_gains(parameters: ParameterSet, model: LinearModel) -> dict[str, Estimate]:
+    """Return K_1, K_2, K_3 of the course's equations and the hover V_s0: slopes at the operating point."""
+    A = linear_system(model.plant, model.point).A  # columns 6 and 7 are those of the rotors
+    slopes = {"pitch": 0.5 * (A[3, 6] - A[3, 7]), "elevation": 0.5 * (A[4, 6] + A[4, 7]), "travel": A[5, 0]}
+    gains = {"V_s0": Estimate(model.point.lift, None, "V")}
+    for number, (axis, slope) in enumerate(slopes.items(), start=1):
+        gain = parameters.values[f"{axis}.gain"]
+        error = gain.standard_error and gain.standard_error * abs(slope / gain.value)
+        gains[f"K_{number}"] = Estimate(float(slope), error, "")
+    return gains
 
 
-def corrected_init(parameters: ParameterSet, model: LinearModel, geometry: Geometry) -> str:
-    """Return the text of init_heli_corrected.m for a plant and its linear model at the operating point.
+def controller_m(design: Design, parameters: ParameterSet) -> str:
+    """Return the text of controller.m: the linear model, the nominal and the robust design, for the inputs (V_s, V_d).
 
-    A table compares the rig's values with those of the course's equations for the masses, lengths and hover of
-    ``geometry``.
-    """
-    V_s0, J, l_h, l_p = geometry.hover_voltage, geometry.inertias, geometry.l_h, geometry.l_p
-    K_f = geometry.force_per_volt
-    stated = {"V_s0": V_s0, "K_f": K_f, **(J or {})}
-    if J and K_f is not None and l_p is not None and l_h is not None:
-        stated |= {"K_1": l_p * K_f / J["J_p"], "K_2": l_h * K_f / J["J_e"]}
-        stated["K_3"] = None if V_s0 is None else -l_h * K_f * V_s0 / J["J_lambda"]
-    rig, rows = corrected_values(parameters, model, geometry), []
-    for name, x in rig.items():
-        value = stated.get(name)
-        half_width = f" +- {to_digits(1.96 * x.standard_error, 2)}" if x.standard_error else ""
-        difference = f"{100.0 * (x.value / value - 1.0):+.0f} %" if value else ""
-        rows.append((name, "" if value is None else to_digits(value), f"{to_digits(x.value)}{half_width}", difference))
-    point, system = model.point, linear_system(model.plant, model.point)
-    return _script(
-        "init_heli_corrected.m.j2",
-        point,
-        rig=rig,
-        table=Table("", ("name", "heli.toml says", "the rig says", "differs by"), rows),
-        lengths={name: value for name, value in asdict(geometry).items() if value and name != "hover_voltage"},
-        system=system,
-        B=system.B @ (0.5 * _FROM_ROTORS),
-        x0=[*point.state(model.plant)[:8], *[0.0] * (system.nstates - 8)],
-        input_delay=model.plant.input_delay_rotors,
-    )
-
-
-def controller_m(design: Design) -> str:
-    """Return the text of controller.m: the nominal design, whose names end with ``_nominal``, then the robust design.
-
-    A state feedback has the course's inputs (V_s, V_d).
+    Names of the nominal design end with ``_nominal``.
     """
     robust, designs = design.robust, list[tuple[Judged, str, str]]()
     for name, judged in design.by_name.items():
         delivered = replace(judged, settings=design.flown) if judged is robust else judged
         designs.append((delivered, name, "" if judged is robust else f"_{name}"))
-    point = design.plants.model.point
-    return _script("controller.m.j2", point, design=design, designs=designs, confidence=CONFIDENCE, matrices=_matrices)
-
-
-def _script(template: str, point: OperatingPoint, **parts: Any) -> str:
-    return render(template, point=point, held=_FROM_ROTORS @ (point.v_front, point.v_rear), states=STATES, **parts)
+    model, point = design.plants.model, design.plants.model.point
+    system = linear_system(model.plant, point)
+    return render(
+        "controller.m.j2",
+        point=point,
+        held=_FROM_ROTORS @ (point.v_front, point.v_rear),
+        gains=course_gains(parameters, model),
+        system=system,
+        B=system.B @ (0.5 * _FROM_ROTORS),
+        x0=[*point.state(model.plant)[:8], *[0.0] * (system.nstates - 8)],
+        input_delay=model.plant.input_delay_rotors,
+        design=design,
+        designs=designs,
+        confidence=CONFIDENCE,
+        matrices=_matrices,
+    )
 
 
 def _matrices(settings: FeedbackSettings) -> dict[str, NDArray[np.float64]]:
