@@ -103,12 +103,8 @@ def design_controller(
     refuse(not checked.is_stable, f"{unstable}; {remedy}.")
     for axis in axes:
         if not isfinite(design.robust.figures[f"{axis}.settling"].promised):
-            advice = ""
-            if axis == "travel":
-                advice = "; a higher --elevation gives the rotors more lift, so that a lean moves it more"
-            elif kind == "lqr":
-                advice = "; --kind lqi takes away what an LQR leaves"
-            notes.append(f"not all of the plants settle on the {axis} within {LONGEST:g} s{advice}")
+            advice = "--kind lqi takes away what an LQR leaves; a higher --elevation moves the travel more"
+            notes.append(f"not all of the plants settle on the {axis} within {LONGEST:g} s: {advice}")
     return replace(design, notes=(*notes, *design.notes))
 
 

@@ -96,15 +96,14 @@ class Proposal(NamedTuple):
 class Sight:
     """What an experiment shows of one effect.
 
-    ``visibility`` is the share of its signature that the fitted parameters cannot imitate. The standard errors of its
-    coefficient are for a model with this effect alone, and ``_separated`` for a model with both effects.
+    ``visibility`` is the share of its signature that the fitted parameters cannot imitate. The standard error of its
+    coefficient is that for a model with all effects in question.
     """
 
     name: str
     axis: str
     visibility: float
     standard_error: float
-    standard_error_separated: float
     unit: str
 
 
@@ -193,8 +192,8 @@ def fly_proposal(
     separation, sights = float(np.sqrt(max(1.0 - rho**2, 1e-12))), []
     for effect in effects:
         score = scores[effect.field]
-        error = score.standard_error if score.visibility > 0.0 else np.inf
-        sights.append(Sight(effect.name, effect.axis, score.visibility, error, error / separation, effect.unit))
+        error = score.standard_error / separation if score.visibility > 0.0 else np.inf
+        sights.append(Sight(effect.name, effect.axis, score.visibility, error, effect.unit))
     return Outlook(proposal.name, tuple(sights), rho, *largest)
 
 
@@ -211,11 +210,11 @@ def rank_proposals(
 
 
 def rank_outlooks(outlooks: Mapping[Proposal, Outlook]) -> dict[Proposal, Outlook]:
-    """Sort by the larger of the effects' separated standard errors, each relative to the smallest of any outlook."""
+    """Sort by the larger of the effects' standard errors, each relative to the smallest of any outlook."""
     if not outlooks:
         return {}
     # an effect that no outlook shows has no influence
-    errors = np.array([[sight.standard_error_separated for sight in one.effects] for one in outlooks.values()])
+    errors = np.array([[sight.standard_error for sight in one.effects] for one in outlooks.values()])
     shown = errors[:, np.isfinite(errors).any(axis=0)]
     order = np.argsort((shown / shown.min(axis=0)).max(axis=1, initial=1.0), kind="stable")
     pairs = [*outlooks.items()]
@@ -231,14 +230,14 @@ def write_voltages(proposal: Proposal, duration: float, path: Path) -> None:
 
 
 def experiment_table(outlooks: Sequence[Outlook]) -> Table:
-    """Return visibilities, separated standard errors, correlation and largest angles, with notes that explain them."""
+    """Return visibilities, standard errors, correlation and largest angles, with notes that explain them."""
     effects = outlooks[0].effects
     columns, one_name = list[str](), len({x.name for x in effects}) < len(effects)
     for x in effects:
         columns += [f"visibility of {x.name}{f', {x.axis}' * one_name}", f"its error [{x.unit}]"]
     rows = []
     for outlook in outlooks:
-        sights = [(f"{100.0 * x.visibility:.0f} %", f"{x.standard_error_separated:.2g}") for x in outlook.effects]
+        sights = [(f"{100.0 * x.visibility:.0f} %", f"{x.standard_error:.2g}") for x in outlook.effects]
         angles = (f"{angle:.2f} rad" for angle in (outlook.largest_pitch_rad, outlook.largest_elevation_rad))
         rows.append((outlook.experiment, *chain(*sights), f"{outlook.correlation:.2f}", *angles))
     heads = ("experiment", *columns, "correlation", "pitch to", "elevation to")

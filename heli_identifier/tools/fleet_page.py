@@ -127,11 +127,7 @@ def forest_figure(coefficient: Coefficient) -> str:
         panel.points([mean.mean], [row], "before", "mean of the make", "diamond")
     description = f"{title(coefficient)}: coefficient of every rig and the mean of the make"
     unit = f" [{unit_text(coefficient.unit)}]" if unit_text(coefficient.unit) else ""
-    if is_effect:
-        label = f"coefficient of the {coefficient.name.replace('_', ' ')}"
-    else:
-        label = name_parameter(coefficient.name)
-    return figure([panel], label + unit, description, x_limits=window)
+    return figure([panel], title(coefficient) + unit, description, x_limits=window)
 
 
 def _window(coefficient: Coefficient) -> tuple[float, float]:

@@ -63,11 +63,6 @@ class Judged:
     band: dict[str, Array]
     """By axis the lowest and highest response to a unit step among 95 % of the drawn plants, shape (2, N)."""
 
-    @property
-    def document(self) -> dict[str, Any]:
-        """The content of a JSON file."""
-        return {"stable_share": self.stable_share, "figures": self.figures}
-
 
 def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) -> Judged:
     """Judge a controller of ``axes`` around the estimated plant and around every drawn plant."""
@@ -153,7 +148,7 @@ class Design:
 
     def document(self) -> dict[str, Any]:
         """Return the content of design.json; null stands for an infinite value."""
-        model = self.plants.model
+        model, both = self.plants.model, {"nominal": self.baseline, "robust": self.robust}
         return to_json_value(
             {
                 "schema": SCHEMA,
@@ -164,8 +159,7 @@ class Design:
                 "input_delay_s": model.plant.input_delay_rotors,
                 "plants": len(self.plants.drawn),
                 "confidence": CONFIDENCE,
-                "nominal": self.baseline.document,
-                "robust": self.robust.document,
+                **{name: {"stable_share": x.stable_share, "figures": x.figures} for name, x in both.items()},
                 "notes": self.notes,
                 "provenance": provenance(),
             }

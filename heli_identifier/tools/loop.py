@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmu_src import TYPES, Variable, field_of, unit_class, with_fields
+from fmu_src import TYPES, field_of, unit_class, with_fields
 from heli_identifier import results
 from heli_identifier.errors import refuse
 from heli_identifier.online import Estimate
@@ -46,8 +46,8 @@ AHEAD = 3.0  # length [s] of the parts of a flight that are simulated
 
 def controller_settings(default: Controller, values: Mapping[str, float]) -> Controller:
     """Return a controller from parameters of its unit; missing values are those of ``default``."""
-    variables = [variable for variable in _parameters(default) if variable.name in values]
-    return with_fields(default, {v.field: TYPES[v.type](values[v.name]) for v in variables})
+    given = [variable for variable in unit_class(_unit_of(default)).variables if variable.name in values]
+    return with_fields(default, {v.field: TYPES[v.type](values[v.name]) for v in given if v.field})
 
 
 def controller_parameters(settings: Settings, point: OperatingPoint) -> ParameterSet:
@@ -55,22 +55,21 @@ def controller_parameters(settings: Settings, point: OperatingPoint) -> Paramete
 
     Zero parameters of a StateFeedback, of which it has many, are left out.
     """
+    unit = _unit_of(settings)
     values = {
         variable.name: Estimate(float(field_of(settings, variable.field)), None, variable.unit or "1")
-        for variable in _parameters(settings)
+        for variable in unit_class(unit).variables
+        if variable.field
     }
     values["reference.pitch"] = Estimate(point.pitch, None, "rad")
     values["reference.elevation"] = Estimate(point.elevation, None, "rad")
-    if isinstance(settings, FeedbackSettings):
-        nonzero = {name: estimate for name, estimate in values.items() if estimate.value}
-        return ParameterSet(FEEDBACK, nonzero, provenance=provenance())
-    return ParameterSet(CONTROLLER, values, provenance=provenance())
+    if unit == FEEDBACK:
+        values = {name: estimate for name, estimate in values.items() if estimate.value}
+    return ParameterSet(unit, values, provenance=provenance())
 
 
-def _parameters(settings: Settings) -> list[Variable]:
-    """Return the parameters of a controller's unit that set a field of its settings."""
-    (unit,) = (name for name, kind in KINDS.items() if isinstance(settings, kind))
-    return [variable for variable in unit_class(unit).variables if variable.field]
+def _unit_of(settings: Settings) -> str:
+    return next(unit for unit, kind in KINDS.items() if isinstance(settings, kind))
 
 
 def start_controller(settings: Settings, pitch: float, elevation: float, travel: float) -> Memory:
