@@ -210,7 +210,7 @@ def test_logs_together_are_the_product_of_their_likelihoods_and_one_prior(two_fl
     y = R @ (np.linalg.solve(gamma_2, omega_2) - np.linalg.solve(prior, own.first))
     together = omega + gamma @ np.linalg.solve(gamma + R, y - omega)
     assert two_flights.estimates["k_y"].value == pytest.approx(together[1], rel=1e-6)
-    assert two_flights.together.noise[2] == pytest.approx(np.exp(together[2:]), rel=1e-6)
+    assert combine_histories(two_flights.histories).noise[2] == pytest.approx(np.exp(together[2:]), rel=1e-6)
 
 
 def test_logs_of_different_rates_together_do_not_depend_on_their_order():

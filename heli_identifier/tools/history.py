@@ -1,10 +1,10 @@
 """The on-line identifier over the logs of one rig: the estimates of each log over time, and of all logs together.
 
-Estimates of several logs are combined by their information matrices. A log of half a minute does not
-determine some combinations of parameters: gain with stiffness, gain with damping, gain with the colour of the air.
-Means of single parameters, each weighted by its own standard error, would lose what the logs say about the
-combinations. With Omega_l and Gamma_l of log l, in which the noise model nu follows the parameters, the prior P with
-which each of the L logs started, and the variance Z of an encoder's zero from log to log,
+Estimates of several logs are combined by their information matrices. A log of half a minute does not determine some
+combinations of parameters: gain with stiffness, gain with damping, gain with the colour of the air. Means of single
+parameters, each weighted by its own standard error, would lose what the logs say about the combinations. With Omega_l
+and Gamma_l of log l, in which the noise model nu follows the parameters, the prior P with which each of the L logs
+started, and the variance Z of an encoder's zero from log to log,
 
     H     = sum_l (Gamma_l + Z)^-1 - (L - 1) P^-1
     Omega = H^-1 (sum_l (Gamma_l + Z)^-1 Omega_l - (L - 1) P^-1 Omega(0))
@@ -128,8 +128,7 @@ def history_figure(histories: Sequence[EstimateHistory], together: Mapping[str, 
 class Together(NamedTuple):
     """Estimates from several logs together by symbol, with the motors' lag ``T_m``.
 
-    ``notes`` are about logs that disagree or exceed the rig's limit; ``noise`` holds the noise models of pitch,
-    elevation and travel.
+    ``notes`` are about logs that disagree; ``noise`` holds the noise models of pitch, elevation and travel.
     """
 
     estimates: Mapping[str, Estimate]

@@ -26,7 +26,7 @@ from heli_identifier.records import Log, LogSource, RigConfiguration
 from heli_identifier.results import Table, Tabular
 from heli_identifier.signatures import check_types
 from heli_identifier.tools import history
-from heli_identifier.tools.history import EstimateHistory, Together
+from heli_identifier.tools.history import EstimateHistory
 from heli_identifier.tools.rigs import cut_log
 from heli_identifier.tracing import Progress, sign_notes
 from heli_plant.parameters import PlantParameters
@@ -41,17 +41,14 @@ class Identification(Tabular):
     histories: tuple[EstimateHistory, ...]
     """Per log ``name``, ``time`` [s] (M,), ``parameters`` and ``standard_errors`` (M, 11), whose columns are the fields
     of :class:`heli_identifier.online.ModelParameters`."""
-    together: Together
-    """All logs together, each weighted by its certainty: ``estimates`` by symbol, and ``notes``."""
+    estimates: Mapping[str, Estimate]
+    """Of all logs together, each weighted by its certainty, by the symbols of the paper's Table 2."""
+    notes: tuple[str, ...]
+    """About logs that disagree or exceed the rig's limit."""
     parameters: results.ParameterSet
     """The plant with these estimates."""
 
     files: ClassVar = ("parameters.json", "history.csv", "history.svg")
-
-    @property
-    def estimates(self) -> Mapping[str, Estimate]:
-        """Estimates by the symbols of the paper's Table 2."""
-        return self.together.estimates
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -61,7 +58,7 @@ class Identification(Tabular):
             "not determined by these logs, half the 95 % interval exceeds a tenth of the value: "
             f"{', '.join(undetermined)}; `heli design --closed-loop` says what to add to a flight"
         )
-        return (*([remark] if undetermined else []), *self.together.notes)
+        return (*([remark] if undetermined else []), *self.notes)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -167,10 +164,9 @@ def identify(
     histories = pass_logs(1, motor_time_constant=lag, noise=first.noise)
     together = history.combine_histories(histories)
     plant = PlantParameters(v_max=highest, **{name: estimate.value for name, estimate in together.estimates.items()})
-    together = together._replace(notes=(*together.notes, *notes))
-    estimates = results.plant_values(plant, together.estimates)
-    parameters = results.ParameterSet(results.PLANT, estimates, provenance=provenance())
-    return Identification(tuple(histories), together, parameters)
+    values = results.plant_values(plant, together.estimates)
+    parameters = results.ParameterSet(results.PLANT, values, provenance=provenance())
+    return Identification(tuple(histories), together.estimates, (*together.notes, *notes), parameters)
 
 
 def cut_at_events(log: Log) -> list[Log]:
