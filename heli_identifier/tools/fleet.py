@@ -55,7 +55,7 @@ class Finding(StrEnum):
 
 @dataclass(frozen=True)
 class RigEstimate:
-    """The coefficient of one rig, with its ``verdict``.
+    """The ``estimate`` of one rig, with its ``verdict``.
 
     ``left_out`` says why the mean leaves the rig out and is empty if it does not; ``named`` whether the rig's diagnosis
     named the effect. A parameter has no verdict.
@@ -73,8 +73,8 @@ class Coefficient:
     """One coefficient over all rigs: of an effect of the catalogue, or a parameter by the paper's symbol.
 
     ``named`` are the rigs whose diagnosis named the effect, ``alternatives`` the effects that explain the logs of one
-    of them equally well; ``alike`` says whether the rigs may have one value. A parameter has no axis and no finding.
-    ``pooled`` is None where fewer than two rigs determine the coefficient.
+    of them equally well. A parameter has no axis and no finding. ``pooled`` is None where fewer than two rigs determine
+    the coefficient.
     """
 
     name: str
@@ -83,7 +83,6 @@ class Coefficient:
     named: tuple[str, ...]
     alternatives: tuple[tuple[str, str], ...]
     unit: str
-    alike: bool | None
     pooled: Pooled | None
     rigs: tuple[RigEstimate, ...]
 
@@ -188,10 +187,8 @@ def combine_rigs(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str]
         mean, named = means[name, axis], tuple(estimate.rig for estimate in of_rigs if estimate.named)
         finding = _classify_effect(name, axis, of_rigs, mean, (name, axis) in refuted) if axis else None
         others = tuple(dict.fromkeys(o for e in shown if (e.name, e.axis) == (name, axis) for o in e.alternatives))
-        alike = mean.alike if mean else None
-        coefficients.append(
-            Coefficient(name, axis, finding, named, others, of_rigs[0].estimate.unit, alike, mean, tuple(of_rigs))
-        )
+        unit = of_rigs[0].estimate.unit
+        coefficients.append(Coefficient(name, axis, finding, named, others, unit, mean, tuple(of_rigs)))
     order = [*Finding]
     effects = sorted(
         (c for c in coefficients if c.finding),

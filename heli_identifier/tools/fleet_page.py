@@ -115,12 +115,12 @@ def forest_figure(coefficient: Coefficient) -> str:
     panel, window = Axes("", 26.0 * len(names), names=names), _window(coefficient)
     if window[0] < 0.0 < window[1]:
         panel.line((0.0, 0.0), (-0.6, len(names)), "muted", width=0.9)
-    for row, estimate in enumerate(coefficient.rigs):
-        if not estimate.left_out:
-            role, kind = ("measured", "open") if is_effect and not estimate.named else ("after", "points")
-            label = ("named" if estimate.named else "not named") if is_effect else ""
-            panel.line(estimate.estimate.interval, (row, row), role, width=2.0)
-            panel.points([estimate.estimate.value], [row], role, label, kind)
+    for row, of_rig in enumerate(coefficient.rigs):
+        if not of_rig.left_out:
+            role, kind = ("measured", "open") if is_effect and not of_rig.named else ("after", "points")
+            label = ("named" if of_rig.named else "not named") if is_effect else ""
+            panel.line(of_rig.estimate.interval, (row, row), role, width=2.0)
+            panel.points([of_rig.estimate.value], [row], role, label, kind)
     if mean is not None:
         row = len(coefficient.rigs)
         panel.line(mean.interval, (row, row), "before", width=2.4)

@@ -43,7 +43,7 @@ class Pooled:
     ``p`` is the two-sided probability of such a mean if the true mean is zero, whatever the spread. ``p_no_effect`` is
     the probability of such estimates if no rig has the effect, from the fixed-effect mean over its standard error; with
     few rigs it is far smaller than ``p``, because it knows no spread. ``spread`` is tau. ``Q`` and ``Q_p`` are of
-    Cochran's test, ``I2`` is 0 to 1.
+    Cochran's test, ``I2`` is 0 to 1. ``alike``: the test allows one value, and the spread is at most half of the mean.
     """
 
     mean: float
@@ -57,11 +57,7 @@ class Pooled:
     Q_p: float
     I2: float
     rigs: int
-
-    @property
-    def alike(self) -> bool:
-        """Whether the rigs may have one value by Cochran's test, and their spread is at most half of the mean."""
-        return self.Q_p >= HOMOGENEOUS and self.spread <= LARGEST_LIKE_SPREAD * abs(self.mean)
+    alike: bool
 
     @property
     def has_sign(self) -> bool:
@@ -76,7 +72,7 @@ def pool_estimates(values: Sequence[float], standard_errors: Sequence[float]) ->
     tau, low, high = (solve_spread(y, s, q) for q in (k - 1.0, chi2.isf(tail, k - 1), chi2.ppf(tail, k - 1)))
     m, q, precision = weighted_mean(y, s, tau)
     error = float(np.sqrt(max(1.0, q / (k - 1)) / precision))
-    half = float(t.isf(tail, k - 1)) * error
+    half, Q_p = float(t.isf(tail, k - 1)) * error, float(chi2.sf(Q, k - 1))
     return Pooled(
         mean=m,
         standard_error=error,
@@ -86,9 +82,10 @@ def pool_estimates(values: Sequence[float], standard_errors: Sequence[float]) ->
         spread=tau,
         spread_interval=(low, high),
         Q=Q,
-        Q_p=float(chi2.sf(Q, k - 1)),
+        Q_p=Q_p,
         I2=1.0 - (k - 1) / Q if Q > k - 1 else 0.0,
         rigs=k,
+        alike=Q_p >= HOMOGENEOUS and tau <= LARGEST_LIKE_SPREAD * abs(m),
     )
 
 
