@@ -11,21 +11,32 @@ strikes all logs of a rig. Printed are for each damage the rigs of which an effe
 whose damage is named or refused by name, where a told test sees it; and with an effect those that get both names.
 """
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pandas
 
 from benchmarks.harness import ROOT, STRENGTH, Bar, Row, Words, bar_table, count, parse_range, run_jobs, table
-from benchmarks.rigs import DETECTABLE, blind_rig, damage_log, likelihood_of, log_of, told_scores, windy_log
+from benchmarks.rigs import (
+    DETECTABLE,
+    blind_rig,
+    damage_log,
+    likelihood_of,
+    log_of,
+    told_scores,
+    true_structure,
+    windy_log,
+)
 from heli_identifier.chain import FAULTS
 from heli_identifier.cli.terminal import progress_bar
 from heli_identifier.errors import IdentifierError
-from heli_identifier.online import ModelParameters
+from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.records import Log
 from heli_identifier.results import diagnose
 from heli_identifier.tools import Source, diagnose_source, source_digest
-from heli_identifier.tools.campaign import judge_row, run_campaign
+from heli_identifier.tools.campaign import run_campaign
 from heli_identifier.tracing import DiagnosisSettings, fit
 from heli_plant.effects import effect
 from tests.blind.damage import DAMAGES
@@ -38,30 +49,49 @@ GROUPS = dict.fromkeys(case.group for case in BATTERY)
 
 def diagnosed_and_told(source: Source, settings: DiagnosisSettings) -> Row:
     """Diagnose a rig; add the largest ``told`` score of its effects to the row, if the catalogue has these effects."""
-    rig = source.load()
+    rig: Any = source.load()  # a TrueRig
     row = diagnose_source(source._replace(load=lambda: rig), settings)
-    entries = [name.split() for name in rig.truth or () if " " in name and not name.startswith("unknown")]
+    entries = [name.split() for name in rig.truth if " " in name and not name.startswith("unknown")]
     scores = told_scores(rig.training, [effect(name, axis).field for name, axis in entries])
     return row | ({"told": max(scores.values())} if scores else {})
 
 
+def judge_row(row: Row, truth: Mapping[str, float | None]) -> Row:
+    """Judge a row against the truth; an effect is called "name axis".
+
+    ``found`` are the effects that were found, strongest evidence first; ``false``: of these that are false; ``named``:
+    every effect of the rig is found, on any of its axes; ``covered``: by parameter and coefficient of known value
+    whether the 95 % interval holds this value.
+    """
+    coefficients = [(f"{effect['name']} {effect['axis']}", effect["coefficient"]) for effect in row["effects"] or ()]
+    covered = {}
+    for name, estimate in (*(row["parameters_after"] or {}).items(), *coefficients):
+        if estimate and estimate["standard_error"] is not None and (value := truth.get(name)) is not None:
+            low, high = Estimate(**estimate).interval
+            covered[name] = low <= value <= high
+    found = [entry for entry, _ in coefficients]
+    existing, named = ({entry.partition(" ")[0] for entry in entries if entry not in BASE}
+                       for entries in (truth, [entry for entry in found if entry in truth]))  # fmt: skip
+    false = [entry for entry in found if entry not in truth]
+    return {"found": found, "false": false, "named": named == existing, "covered": covered}
+
+
 def judge_rig(case: Case, index: int, row: Row) -> Row:
-    """Return what was found on a rig of a case, and what of it is true.
+    """Return what was found on a rig of a case, and what of it is true, as :func:`judge_row`.
 
     ``seen``: the rig counts; a weak effect counts only if a told fit finds it; ``first``: the strongest entry is true;
     ``right``: every effect of the rig is found, and nothing else.
     """
-    judgement, told, failed = judge_row(row), float(row.get("told", "nan")), row["error"] is not None
+    rig = case.rig(index).truth
+    judged, told = judge_row(row, true_structure(rig)), float(row.get("told", "nan"))
     seen = case.group != "weak" or told > DETECTABLE
-    first = judgement.found[:1] != () and judgement.found[0] not in judgement.false
-    right = not failed and judgement.all_named and not judgement.false
+    first = judged["found"] != [] and judged["found"][0] not in judged["false"]
+    right = row["error"] is None and judged["named"] and not judged["false"]
     if case.group == "unknown":  # the variable of a torque has to be right too; its axis is drawn rig by rig
-        torque = case.rig(index).truth.unknown
         variables = {effect["variable"] for effect in row["effects"] or () if effect["name"] == "unknown"}
-        right = not judgement.false and torque is not None and torque.variable in variables
-    return {"group": case.group, "kind": case.kind, "rig": row["rig"], "told": told, "seen": seen, "first": first,
-            "right": right, "named": judgement.all_named, "found": judgement.found, "false": bool(judgement.false),
-            "covered": judgement.covered, "error": row["error"]}  # fmt: skip
+        right = not judged["false"] and rig.unknown is not None and rig.unknown.variable in variables
+    return judged | {"group": case.group, "kind": case.kind, "rig": row["rig"], "told": told, "seen": seen,
+                     "first": first, "right": right, "false": bool(judged["false"]), "error": row["error"]}  # fmt: skip
 
 
 def bars(results: pandas.DataFrame) -> list[Bar]:

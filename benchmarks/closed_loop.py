@@ -20,7 +20,7 @@ from benchmarks.harness import Bar, Row, bar_table, count, table
 from benchmarks.rigs import compare, log_of, windy_logs
 from heli_identifier.online import GAINS, PREDICTION_ERROR, Estimate, IdentifierSettings
 from heli_identifier.records import Log
-from heli_identifier.tools.history import NAMES, EstimateHistory, combine_estimates, identify_log
+from heli_identifier.tools.history import NAMES, EstimateHistory, combine_histories, identify_log
 from heli_identifier.tools.identification import identify
 from tests.blind.coefficients import Coefficients
 from tests.blind.flown import closed_loop_rigs
@@ -49,9 +49,8 @@ def history(log: Log, **given: Any) -> EstimateHistory:
 
 def judge_estimates(truth: Coefficients, logs: Iterable[Log], lag_known: bool) -> list[Row]:
     """Compare the combined estimates of some logs with the truth."""
-    last = [history(log, lag_known=lag_known).last for log in logs]
-    combined = combine_estimates([{name: of_log[name] for name in JUDGED} for of_log in last]).estimates
-    return [{"name": name, **compare(estimate, getattr(truth, name))} for name, estimate in combined.items()]
+    combined = combine_histories([history(log, lag_known=lag_known) for log in logs]).estimates
+    return [{"name": name, **compare(combined[name], getattr(truth, name))} for name in JUDGED]
 
 
 def median_and_range(ratios: pandas.Series) -> str:

@@ -21,6 +21,7 @@ from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, corrected_parameters, diagnose, plant_values
 from heli_identifier.tools import Design, design_controller, judging, linearisation, loop, margins
+from heli_identifier.tools.plants import Plants
 from heli_plant.parameters import TABLE_2, PlantParameters
 from tests.blind.air import COLOURS
 from tests.blind.windy import windy_rig
@@ -40,7 +41,7 @@ def check_promises(truth: PlantParameters, design: Design) -> dict[str, bool]:
     """Return which of :data:`KEPT` hold for a design around the true plant."""
     model, omega, promised = linear_model(truth, design), margins.frequencies(AIM.period), design.robust.figures
     responses = margins.plant_response(model, omega)[None].repeat(2, axis=0)
-    true_plant = margins.Plants(model, (model,), omega, responses, ())
+    true_plant = Plants(model, (model,), omega, responses, ())
     judged = judging.judge_controller(true_plant, design.robust.settings, design.axes)
     if not judged.is_stable:
         return dict.fromkeys(KEPT, False)

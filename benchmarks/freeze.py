@@ -24,7 +24,6 @@ from fmu_src import UNITS, build
 from fmu_src.master import run_apart
 from fmu_src.native import NATIVE_UNITS
 from heli_identifier.files import write_atomically
-from heli_identifier.online import METHODS
 from heli_identifier.records import DEMO_RIGS
 from tests.blind.generator import BATTERY
 from tests.faults.case import try_fault
@@ -42,9 +41,9 @@ def record_diagnosis(kind: str, scale: float) -> Any:
     return blind_rig(kind, scale, 0).diagnose().to_dict()
 
 
-def record_identification(rig: str, method: str) -> Any:
+def record_identification(rig: str) -> Any:
     """Return the estimates of the on-line identifier over the logs of a demonstration rig."""
-    result = hi.identify(hi.demo_logs(rig)[0], method=method)
+    result = hi.identify(hi.demo_logs(rig)[0])
     histories = {history.name: history.parameters.ravel()[::EVERY].tolist() for history in result.histories}
     return {"document": result.to_dict(), "histories": histories}
 
@@ -75,7 +74,7 @@ MESSAGES = {f"{section} {fault.what}": fault for section, fault in FAULTS if not
 KINDS: dict[str, tuple[Callable[..., Any], list[tuple[Any, ...]]]] = {
     "battery": (record_diagnosis, [(case.kind, case.scale) for case in BATTERY]),
     "flights": (flight, [(2, 400, kind) for kind in ("k_x", "friction_elevation", "mass", "stuck", "loss")]),
-    "identifier": (record_identification, [*product(DEMO_RIGS, METHODS)]),
+    "identifier": (record_identification, [(rig,) for rig in DEMO_RIGS]),
     "scenarios": (record_scenario, [*product(("open_loop", "closed_loop"), ("Python", "C"))]),
     "units": (record_description, [*product(UNITS, ("Python",)), *product(NATIVE_UNITS, ("C",))]),
     "messages": (record_message, [(name,) for name in MESSAGES]),

@@ -4,8 +4,8 @@ A diagnosis sees only the logs. :func:`told_scores` tells a fit the true structu
 likelihood which effects the logs show at all.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -52,15 +52,22 @@ def windy_plant(rig: WindyRig) -> PlantParameters:
     return PlantParameters(**rig.truth.parameters, **effects)
 
 
-def blind_rig(kind: str, scale: float, index: int) -> Rig:
+@dataclass(frozen=True)
+class TrueRig(Rig):
+    """A rig with its true parameters and coefficients, which the diagnosis does not get."""
+
+    truth: Mapping[str, float | None] = field(default_factory=dict)
+
+
+def blind_rig(kind: str, scale: float, index: int) -> TrueRig:
     """Make one rig of the blind battery."""
     generated = Case("", kind, 0, scale).rig(index)
     training = tuple(log_of(f"train{number}", 100.0, samples) for number, samples in enumerate(generated.train, 1))
-    return Rig(training, (log_of("held", 100.0, generated.held),), true_structure(generated.truth))
+    return TrueRig(training, (log_of("held", 100.0, generated.held),), truth=true_structure(generated.truth))
 
 
 def true_structure(rig: Any) -> dict[str, float | None]:
-    """Return the truth of a generated rig by the names of a campaign."""
+    """Return the truth of a generated rig; None for what is not compared, as of a torque of no catalogue."""
     truth: dict[str, float | None] = {symbol: getattr(rig.base, symbol) for symbol in ModelParameters._fields}
     for effect in rig.effects:  # the tracer states the coefficient of the ground's effect at another point of the law
         truth[f"{effect.name} {effect.axis}"] = None if effect.name == "ground_effect" else effect.coefficient

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.blind import judge_row
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
 from heli_plant.state import start_state
@@ -67,3 +68,35 @@ def test_base_model_agrees_with_the_plant_on_the_training_signal_which_is_that_o
     angles = fly(voltages, np.array(start), Coefficients(), still, np.zeros((len(voltages), 3)))[1]
     expected = simulate(voltages, SAMPLE, start_state(*start, *voltages[0]), TABLE_2)[1]
     assert np.abs(angles - expected).max() < 2 * np.pi / 8192 / 100
+
+
+FRICTION = {"a_wx": 0.060, "dry_friction pitch": 0.02}
+AIRSPEED = {"airspeed_thrust_loss pitch": 0.03, "airspeed_thrust_loss elevation": 0.03}
+DETENT = {"unknown pitch": None}
+
+
+def judged(truth, *entries, **parameters):
+    effects = [{"name": name, "axis": axis, "coefficient": estimate} for name, axis, estimate in entries]
+    return judge_row({"effects": effects, "parameters_after": parameters}, truth)
+
+
+@pytest.mark.parametrize("truth, effects, every, false", [
+    (FRICTION, [("dry_friction", "travel")], False, ["dry_friction travel"]),
+    (FRICTION, [("motor_lag", "rotors"), ("dry_friction", "pitch")], True, ["motor_lag rotors"]),
+    # an effect that acts on two axes is true on both and named by either
+    (AIRSPEED, [("airspeed_thrust_loss", "pitch")], True, []),
+    # an unknown effect is an accusation on a rig without one, and true on its own axis alone
+    ({}, [("unknown", "pitch")], True, ["unknown pitch"]),
+    (DETENT, [("unknown", "pitch")], True, []),
+    (DETENT, [("unknown", "travel")], False, ["unknown travel"]),
+])  # fmt: skip
+def test_entries_are_judged_against_the_truth(truth, effects, every, false):
+    own = judged(truth, *((*entry, None) for entry in effects))
+    assert (own["named"], own["false"]) == (every, false)
+
+
+def test_intervals_of_1_96_standard_errors_are_counted_where_the_truth_is_known():
+    near, far = ({"value": v, "standard_error": 1e-3, "unit": "1"} for v in (0.02 + 1.9e-3, 0.060 + 2.0e-3))
+    found = judged(FRICTION, ("dry_friction", "pitch", near), a_wx=far)
+    assert found["covered"] == {"dry_friction pitch": True, "a_wx": False}
+    assert judged({"ground_effect elevation": None}, ("ground_effect", "elevation", near), a_wx=far)["covered"] == {}

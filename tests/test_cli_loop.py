@@ -122,8 +122,8 @@ def test_identify_finds_the_parameters_of_a_rig_that_the_model_describes(tmp_pat
     (first, second, _), _ = demo_files("rig-c")
     values = heli_json("identify", first, second, "--to", 45, "--output", tmp_path / "out")["values"]
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"parameters.json", "history.csv", "history.svg"}
-    # rig-c holds nothing beyond the model; its pitch gain is within 20 % of Table 2, its error near one per cent
-    assert values["pitch.gain"]["value"] == pytest.approx(0.293, rel=0.2)
+    # rig-c holds nothing beyond the model; a diagnosis of all its logs finds .3515 +- .0032
+    assert values["pitch.gain"]["value"] == pytest.approx(0.3515, rel=0.01)
     assert 0.0 < values["pitch.gain"]["standard_error"] < 0.05 * values["pitch.gain"]["value"]
     history = (tmp_path / "out" / "history.csv").read_text().splitlines()
     assert history[0].startswith("log,time [s],a_wx [1/s],")

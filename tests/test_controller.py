@@ -11,8 +11,8 @@ import pytest
 from fmu_src.native import controller_sources
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.records import ControllerConfiguration, Log, write_log
-from heli_identifier.tools import check_closed_loop, corrected_init, course_values, design_controller, margins
-from heli_identifier.tools.design_files import corrected_values
+from heli_identifier.tools import check_closed_loop, design_controller, margins
+from heli_identifier.tools.design_files import course_gains
 from heli_identifier.tools.judging import joint_bounds
 from heli_identifier.tools.linearisation import linear_model, operating_point
 from heli_identifier.tools.loop import controller_parameters, controller_settings, fly, start_at_rest, start_controller
@@ -128,35 +128,16 @@ def test_the_parameters_of_the_unit_are_the_controller():
         assert controller_settings(default, controller_parameters(own, point).start_values) == own
 
 
-def test_the_corrected_script_has_the_identified_gains():
-    """With K_f, J_p and J_lambda of the corrected script the course's own equations give k_x, k_z and k_y."""
+def test_the_gains_of_the_course_are_slopes_at_the_operating_point():
     model = linear_model(TABLE_2, 0.0, 0.1, H)
-    own = {n: e.value for n, e in corrected_values(parameter_set(), model, COURSE).items()}
-    assert own["K_f"] * COURSE.l_p / own["J_p"] == pytest.approx(TABLE_2.k_x, rel=1e-12)
-    assert own["K_f"] * COURSE.l_h / own["J_e"] == pytest.approx(TABLE_2.k_z, rel=1e-12)
-    assert -own["K_f"] * COURSE.l_h / own["J_lambda"] == pytest.approx(TABLE_2.k_y, rel=1e-12)
-    assert own["K_3"] == pytest.approx(TABLE_2.k_y * model.point.lift, rel=1e-12)
+    own = {name: gain.value for name, gain in course_gains(parameter_set(), model).items()}
+    lift = model.point.lift
+    assert own == pytest.approx({"V_s0": lift, "K_1": TABLE_2.k_x, "K_2": TABLE_2.k_z, "K_3": TABLE_2.k_y * lift})
     bent = TABLE_2._replace(quadratic_thrust_rotors=0.1)  # the slope of its thrust is 1 + .2 nu
     model = linear_model(bent, 0.0, 0.1, H)
-    slope = 1.0 + 0.1 * (model.point.v_front + model.point.v_rear)
-    assert corrected_values(parameter_set(plant=bent), model, COURSE)["K_2"].value == pytest.approx(bent.k_z * slope)
-
-
-def test_a_script_is_read_and_not_run(tmp_path):
-    script = tmp_path / "init_heli.m"
-    script.write_text(
-        "l_h = 0.66; % m\nm_p=2*0.36; l_p = .175 % l_c = 0.46;\nA = [1 2; 3 4];\nx = system('rm -rf /');\n"
-        "K_f = -9.81*(1.92*0.46-2*m_p*l_h)/(l_h*7)\n"
+    assert course_gains(parameter_set(plant=bent), model)["K_2"].value == pytest.approx(
+        bent.k_z * (1.0 + 0.1 * (model.point.v_front + model.point.v_rear))
     )
-    values = course_values(script)
-    assert values == {"l_h": 0.66, "m_p": 0.72, "l_p": 0.175, "K_f": pytest.approx(0.14269, abs=1e-5)}
-    script.write_text("a = 2^3^2; b = 2^(3^2); c = -2^2; d = 2^-1; e = 2^-3^2\n")  # as MATLAB has them: from the left
-    assert course_values(script) == {"a": 64.0, "b": 512.0, "c": -4.0, "d": 0.5, "e": 1.0 / 64.0}
-    script.write_text("\nm_c = weigh();\n")
-    with pytest.raises(ConfigurationError, match=r"line 2: m_c = weigh\(\) is no number"):
-        course_values(script)
-    text = corrected_init(parameter_set(), linear_model(TABLE_2), values, Geometry(), "init_heli.m")
-    assert text.isascii()
 
 
 def test_masses_and_lengths_give_the_ratios_of_the_gains():
@@ -223,11 +204,10 @@ def test_the_command_writes_what_the_next_commands_read(tmp_path):
     assert made["robust"]["stable_share"] == 1.0
     kept = {p.name for p in (tmp_path / "c").iterdir()}
     assert kept == {
-        "design.json", "design.html", "controller.json", "nominal.json", "controller.m", "init_heli_corrected.m",
-        "controller.c", "controller.h",
+        "design.json", "design.html", "controller.json", "nominal.json", "controller.m", "controller.c", "controller.h",
     }  # fmt: skip
-    heli_json("linearise", file, "-o", tmp_path / "c")  # no code of another controller stays beside its PID
-    assert not kept & {p.name for p in (tmp_path / "c").iterdir()} - {"controller.json", "init_heli_corrected.m"}
+    heli_json("design-controller", file, "--kind", "pid", "--axis", "pitch", "--plants", 20, "-o", tmp_path / "c")
+    assert {p.name for p in (tmp_path / "c").iterdir()} == kept - {"controller.c", "controller.h"}
 
 
 def test_gains_in_the_configuration_fly_a_log_again(tmp_path, monkeypatch):

@@ -44,17 +44,24 @@ def test_rotors_that_never_reverse_show_no_loss_of_reverse_thrust_and_a_stronger
 def test_two_effects_that_look_alike_are_separated_with_larger_errors():
     found = seen(multisines(1.5, 0.5), *experiment.find_effects(("motor_lag", "input_delay")))
     assert found.correlation > 0.8  # a lag and a delay differ only in second order of the frequency
-    for own in found.effects:
-        # 1 / sqrt(1 - .8^2) = 1.67
-        assert own.standard_error_separated == pytest.approx(own.standard_error / np.sqrt(1.0 - found.correlation**2))
+    entries = effect("dry_friction", "pitch"), effect("quadratic_drag", "pitch")
+    found = seen(multisines(1.5, 0.5), *entries)
+    for entry, own in zip(entries, found.effects, strict=True):
+        (alone,) = seen(multisines(1.5, 0.5), entry).effects
+        assert own.standard_error == pytest.approx(alone.standard_error / np.sqrt(1.0 - found.correlation**2))
     with pytest.raises(ConfigurationError, match="same effect"):
         experiment.find_effects(("motor_lag", "motor_lag"))
 
 
 def expected(*errors):
     """An outlook whose effects have these standard errors if both are in question."""
-    sights = tuple(experiment.Sight("", "", 0.1, 1e-3, error, "1") for error in errors)
-    return experiment.Outlook("", 40.0, sights, 0.9, 0.5, 0.3)
+    sights = tuple(experiment.Sight("", "", 0.1, error, "1") for error in errors)
+    return experiment.Outlook("", sights, 0.9, 0.5, 0.3)
+
+
+def ranked(*outlooks):
+    proposals = [Proposal(str(number)) for number in range(len(outlooks))]
+    return [*experiment.rank_outlooks(dict(zip(proposals, outlooks, strict=True))).values()]
 
 
 def test_an_experiment_beyond_the_limits_is_not_proposed_in_open_or_closed_loop_and_voltages_keep_theirs():
@@ -76,16 +83,16 @@ def test_an_experiment_beyond_the_limits_is_not_proposed_in_open_or_closed_loop_
 def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
     lopsided, fair, alike = expected(0.5, 4.0), expected(1.0, 1.0), expected(2.06, 2.06)
     # relative to the smallest errors .5 and 1: 4, 2 and 4.1
-    assert experiment.rank_outlooks([alike, lopsided, fair]) == [fair, lopsided, alike]
+    assert ranked(alike, lopsided, fair) == [fair, lopsided, alike]
     never, shown = expected(np.inf, 2.0), expected(np.inf, 1.0)  # nothing shows the first effect: the second decides
-    assert experiment.rank_outlooks([never, shown]) == [shown, never]
-    assert experiment.rank_outlooks([]) == []
+    assert ranked(never, shown) == [shown, never]
+    assert ranked() == []
 
 
 def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_path):
     file = tmp_path / "best.csv"
     ranked = heli_json("design", "--show", "dry_friction:pitch", "--duration", 20, "--output", file)
-    errors = [one["effects"][0]["standard_error_separated"] for one in ranked]
+    errors = [one["effects"][0]["standard_error"] for one in ranked]
     assert errors == sorted(errors)
     table = np.loadtxt(file, delimiter=",", skiprows=1)
     assert table.shape == (2000, 3) and np.abs(table[:, 1:]).max() <= 5.0

@@ -15,7 +15,7 @@ from heli_identifier.cli.on_units import _play_log
 from heli_identifier.errors import ConfigurationError, LogError
 from heli_identifier.records import write_log
 from heli_identifier.results import Use, corrected_parameters
-from heli_identifier.tools import design_pid
+from heli_identifier.tools import design_controller
 from heli_plant.parameters import TABLE_2
 from tests.commands import heli, heli_json
 from tests.diagnosis_example import AFTER, example_diagnosis, simulated_log
@@ -71,7 +71,7 @@ def test_an_axis_that_is_not_usable_is_not_judged_and_gets_no_controller_and_a_c
         check(simulated_log(), useless)
     for axis in ("pitch", "elevation"):
         with pytest.raises(ConfigurationError, match=f"does not call the {axis} of these parameters fit"):
-            design_pid(used(**{axis: Use.NOTHING}))
+            design_controller(used(**{axis: Use.NOTHING}), "pid")
 
 
 def test_a_unit_is_built_from_parameters_of_its_own_and_its_description_says_what_its_axes_may_be_used_for(tmp_path):

@@ -17,7 +17,6 @@ from heli_identifier.errors import ConfigurationError, refuse, require_positive
 from heli_identifier.files import write_atomically
 
 HELD_OUT = "Held-out logs; by default the last log, or the last third of a single one."
-METHOD = "adaptation or prediction_error; by default the one that suits the logs."
 FLOWN = "controller.json of what flew; by default controller.pid of heli.toml."
 PREDICTED = "Log on which both plants are to predict; may be repeated."
 
@@ -99,8 +98,6 @@ def look(
 def identify(
     logs: list[Path] = args.LOGS,
     output: Path = args.folder("identification"),
-    filter_frequency: float = option(1.0, "Bandwidth of the state filters.", "RAD/S"),
-    method: str | None = option(None, METHOD, "NAME"),
     start: float | None = args.FROM,
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,
@@ -108,16 +105,14 @@ def identify(
 ) -> None:
     """Run the on-line identifier over every log and draw how its parameters settle.
 
-    In open loop it is the paper's adaptation, eq. (7). Where a controller flew, it minimises prediction errors.
+    It minimises prediction errors, in open loop and where a controller flew.
 
     Writes parameters.json (all logs together, weighted by their certainty), history.csv and history.svg.
     """
     with results.write_whole_folder(output) as draft:
         recorded, rig = args.read_logs_of_rig(logs, config, start, end)
         with progress_bar() as progress:
-            identified = hi.identify(
-                recorded, configuration=rig, filter_frequency=filter_frequency, method=method, progress=progress
-            )
+            identified = hi.identify(recorded, configuration=rig, progress=progress)
             progress("drawing", 1.0)
             identified.write(draft)
     terminal.show(identified, json, written=(output, identified.files))

@@ -62,7 +62,8 @@ def design(
     """Propose an excitation that shows an effect, or separates two, within the limits of voltage and angle.
 
     With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The gains of
-    the controller come from --controller, as `heli linearise` writes it, or --set, as --set pitch.proportional=6.
+    the controller come from --controller, as `heli design-controller --kind pid` writes it, or from --set, as --set
+    pitch.proportional=6.
     """
     require_range("duration", duration, "s", 20.0, 3600.0)
     one_task = [separate is not None, show is not None, closed_loop].count(True) == 1
@@ -89,10 +90,10 @@ def design(
     with progress_bar() as progress:
         ranked = tools.rank_proposals(plant, entries, duration, limits, progress=progress)
     refuse(not ranked, f"no proposal {no_flight}; widen the limits, or fly under the controller with --closed-loop.")
-    listed = ranked[: 10 if json else 5]
+    listed = [*ranked.values()][: 10 if json else 5]
     print_answer(json, results.to_json_value(listed), [tools.experiment_table(listed)])
     if output is not None:
-        tools.write_voltages(ranked[0], plant, limits, output)
+        tools.write_voltages(next(iter(ranked)), duration, output)
         note(f"voltages of the best: {output}")
 
 
@@ -104,12 +105,6 @@ def _read_plant(file: Path | None) -> PlantParameters:
     return PlantParameters()
 
 
-OF_CONTROLLER = (
-    "design.json", "design.html", "controller.m", "controller.c", "controller.h", "nominal.json", "steps.svg",
-)  # fmt: skip
-"""Files of a controller; those of another one do not stay beside a new controller.json."""
-
-
 def linearise(
     parameters: Path = args.PLANT,
     pitch: float = option(0.0, "Pitch of the operating point.", "RAD"),
@@ -119,31 +114,25 @@ def linearise(
     output: Path = args.folder("control"),
     json: bool = args.JSON,
 ) -> None:
-    """Linearise the identified plant with intervals, judge the PID's margins over them, and retune it.
+    """Linearise the identified plant at an operating point, with intervals of all entries.
 
-    The PID is the one of heli.toml (controller.pid); without that entry it has the default gains of the units. Sampled
-    model, margins and gains are those of the period at which it is called (controller.period).
+    The sampled model is that of the period at which a controller is called (controller.period of heli.toml).
 
-    Writes linear_model.json and .mat, controller.json (parameters of the PidController) and steps.svg.
+    Writes linear_model.json and linear_model.mat. `heli design-controller` designs controllers for these plants.
     """
     from scipy.io import savemat
 
     aim = args.find_configuration(config).controller
-    aim = aim if period is None else replace(aim, period=period)
-    with results.write_whole_folder(output, OF_CONTROLLER) as draft:
+    with results.write_whole_folder(output) as draft:
         given = args.read_parameters_and_warn(parameters)
+        period = aim.period if period is None else replace(aim, period=period).period
         with progress_bar() as progress:
-            result = tools.design_pid(given, pitch, elevation, aim, progress=progress)
-        document, matlab = result.linear_document(), BytesIO()
-        savemat(matlab, result.matrices)
-        files = {
-            "linear_model.json": document,
-            "linear_model.mat": matlab.getvalue(),
-            "controller.json": tools.controller_parameters(result.flown, result.plants.model.point),
-            "steps.svg": results.figure_file(tools.step_figure(result)),
-        }
+            plants = tools.allowed_plants(given, pitch, elevation, period, tools.FEW, progress)
+        document, matlab = plants.document(), BytesIO()
+        savemat(matlab, plants.matrices)
+        files = {"linear_model.json": document, "linear_model.mat": matlab.getvalue()}
         results.write_files(draft, files)
-    print_answer(json, document, [tools.margin_table(result)], result.notes, (output, files))
+    print_answer(json, document, [plants.table()], plants.notes, (output, files))
 
 
 def design_controller(
@@ -154,7 +143,6 @@ def design_controller(
     pitch: float = option(0.0, "Pitch of the operating point, with --axis pitch.", "RAD"),
     period: float | None = args.PERIOD,
     plants: int = option(1000, "Plants over which the designs are judged.", "N"),
-    init: Path | None = option(None, "The course's script with masses and lengths, to compare with.", "FILE.m"),
     config: Path | None = args.CONFIG,
     output: Path = args.folder("control"),
     json: bool = args.JSON,
@@ -162,26 +150,25 @@ def design_controller(
     """Design a controller whose margins hold over every plant that the data allow, as a unit, MATLAB code and C.
 
     Writes design.json, design.html, controller.json (the robust design) and nominal.json for `heli build`,
-    controller.m, init_heli_corrected.m, and of LQR and LQI controller.c with its header.
+    controller.m, and of LQR and LQI controller.c with its header.
     """
     from fmu_src.native import controller_sources
 
     require_range("plants", plants, "1", 20, 20_000)
-    configuration = args.find_configuration(config)
-    aim = configuration.controller if period is None else replace(configuration.controller, period=period)
-    with results.write_whole_folder(output, OF_CONTROLLER) as draft:
+    aim = args.find_configuration(config).controller
+    aim = aim if period is None else replace(aim, period=period)
+    with results.write_whole_folder(output, ("controller.c", "controller.h")) as draft:
         given = args.read_parameters_and_warn(parameters)
         with progress_bar() as progress:
             result = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)
         document = result.document()
-        model, course, name = result.plants.model, tools.course_values(init), init.name if init else None
+        point = result.plants.model.point
         files = {
             "design.json": document,
             "design.html": tools.controller_html(result),
-            "controller.m": tools.controller_m(result),
-            "init_heli_corrected.m": tools.corrected_init(given, model, course, configuration.geometry, name),
-            "controller.json": tools.controller_parameters(result.flown, model.point),
-            "nominal.json": tools.controller_parameters(result.baseline.settings, model.point),
+            "controller.m": tools.controller_m(result, given),
+            "controller.json": tools.controller_parameters(result.flown, point),
+            "nominal.json": tools.controller_parameters(result.baseline.settings, point),
         }
         if isinstance(result.robust.settings, FeedbackSettings):
             files |= controller_sources(result.robust.settings)

@@ -1,7 +1,5 @@
 """Commands on several rigs: fleet and campaign; commands to begin with: init and demo."""
 
-import os
-import sys
 from pathlib import Path
 from time import perf_counter
 
@@ -16,14 +14,13 @@ from heli_identifier.cli.arguments import argument, option
 from heli_identifier.cli.guard import FAILED
 from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, print_answer, print_notes, progress_bar, warn
-from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, LogError, refuse
+from heli_identifier.errors import CONFIGURATION_NAME, IdentifierError, LogError, refuse
 
 RIG_FOLDER = (
     "Folder of one rig: its logs, CSV or MATLAB, and its heli.toml if it has one. A log whose name begins with held is "
     "held out, else the last one."
 )
 OF_RIGS = "Folder with a sub-folder for each rig, with its logs as for `heli fleet`."
-GENERATOR = "Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER."
 TO_INIT = "Configuration to write (.toml), or a log to look into."
 
 
@@ -65,10 +62,8 @@ def fleet(
 
 
 def campaign(
-    folder: Path | None = argument(None, OF_RIGS, "FOLDER"),
+    folder: Path = argument(..., OF_RIGS, "FOLDER"),
     output: Path = args.folder("campaign"),
-    generator: str = option("", GENERATOR, "MODULE:FUNCTION"),
-    rigs: int | None = option(None, "Rigs that the generator makes.", "N"),
     workers: int | None = option(None, "Processes on this machine; one per core by default.", "N"),
     scheduler: str | None = option(None, "Dask scheduler of a cluster of machines, tcp://host:8786.", "ADDRESS"),
     config: Path | None = args.CONFIG,
@@ -79,16 +74,9 @@ def campaign(
     Writes campaign.parquet, one row per rig, and beside it the single rows. Exit 1 if a rig could not be diagnosed.
     """
     config_file = args.configuration_file(config)
-    refuse((folder is None) == (generator == ""), "name either a folder of rigs or a --generator.")
-    if folder is not None:
-        refuse(rigs is not None, f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
-        sources = tools.find_rigs(folder, config_file)
-    elif rigs is None:
-        raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
-    else:
-        # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
-        sys.path.insert(0, os.getcwd())
-        sources = tools.generate_rigs(generator, rigs)
+    sources, empty = tools.find_rigs(folder, config_file)
+    if empty:
+        note(f"without a log, left out: {', '.join(empty)}")
     settings = hi.DiagnosisSettings.from_rig(args.find_configuration(config_file))
     with progress_bar(lines=True) as progress:
         rows = tools.run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)

@@ -71,7 +71,7 @@ class Log:
     configuration: RigConfiguration | None = None
     """Configuration of the rig, if the log was read with one."""
     events: tuple[Event, ...] = ()
-    """Passages in which something other than the plant acts; a diagnosis leaves them out, `identify` does not."""
+    """Passages in which something other than the plant acts; a diagnosis and `identify` leave them out."""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "rate_hz", float(self.rate_hz))

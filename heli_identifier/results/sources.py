@@ -38,7 +38,7 @@ def read_parameters(path: str | PathLike[str]) -> ParameterSet:
     Parameters
     ----------
     path : path
-        As `heli diagnose`, `heli identify` or `heli linearise` writes it.
+        As `heli diagnose`, `heli identify` or `heli design-controller` writes it.
 
     Raises
     ------

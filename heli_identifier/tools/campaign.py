@@ -8,10 +8,7 @@ diagnosing; Dask gives this rig to another worker.
 Each worker diagnoses one rig at a time on one core: rigs are independent, so more rigs at once use the cores better
 than more threads per rig. Dask and pyarrow are optional (``pip install 'heli-twin[cluster]'``).
 
-A row holds plain values by key; it travels between processes and is stored as a JSON file. The diagnosis never sees the
-truth of a generated rig; rows are judged against it afterwards. There an effect is called "name axis". An effect that
-acts on several axes is true on each of them, and counts as named if it is found on any. *Covered* means that the 95 %
-interval of a parameter or coefficient holds the true value.
+A row holds plain values by key; it travels between processes and is stored as a JSON file.
 """
 
 import json
@@ -22,14 +19,13 @@ from contextlib import ExitStack
 from logging import CRITICAL
 from pathlib import Path
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from heli_identifier.errors import ConfigurationError, refuse, require_range
 from heli_identifier.files import draft_folder, write_atomically
-from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.results import RigVerdict, Table, document_text, write_whole_folder
 from heli_identifier.tools.rigs import Source, error_text, source_digest, summarise_diagnosis
 from heli_identifier.tracing import DiagnosisSettings, Progress
@@ -65,9 +61,9 @@ LOCAL = {
 CONNECTING = 60.0  # time limit [s] for a scheduler to answer, and then for its first worker
 
 Row = dict[str, Any]
-"""What :func:`.rigs.summarise_diagnosis` returns, or the text of an ``error``, with the key and the truth."""
+"""What :func:`.rigs.summarise_diagnosis` returns, or the text of an ``error``, with the key."""
 
-KEYS = ("rig", "key", "error", "verdict", "effects", "parameters", "seconds", "truth")
+KEYS = ("rig", "key", "error", "verdict", "effects", "parameters_after", "seconds")
 """Keys of every complete row; a missing value is None."""
 
 
@@ -78,14 +74,10 @@ def diagnose_source(source: Source, settings: DiagnosisSettings) -> Row:
     campaign.
     """
     start = perf_counter()
-    row: Row = {"rig": source.rig}
     try:
-        rig = source.load()
-        row["truth"] = None if rig.truth is None else [{"name": n, "value": v} for n, v in rig.truth.items()]
-        row |= summarise_diagnosis(source.rig, rig.diagnose(settings))
+        return summarise_diagnosis(source.rig, source.load().diagnose(settings))
     except Exception as error:
-        row |= {"error": error_text(error), "seconds": perf_counter() - start}
-    return row
+        return {"rig": source.rig, "error": error_text(error), "seconds": perf_counter() - start}
 
 
 def run_campaign(
@@ -125,8 +117,8 @@ def run_campaign(
             client = _connect_workers(scheduler, stack) if scheduler is not None else _start_workers(workers, stack)
             for row in _collect_rows(client, waiting, work, settings):
                 write_atomically(files[row["key"]], document_text(row))
-                done[row["key"]] = complete_row(row)
-                failed += row.get("error") is not None
+                done[row["key"]] = row
+                failed += row["error"] is not None
                 text = f"{len(done)} of {len(by_key)} rigs done" + (f", {failed} failed" if failed else "")
                 progress(text, len(done) / len(by_key))
         rows = [done[key] for key in by_key]
@@ -185,103 +177,54 @@ def _collect_rows(
             row = {"rig": waiting[future.key].rig, "error": f"{type(error).__name__}: {error}"}
         # While this process holds a future, Dask would compute its result again after the death of a worker.
         future.release()
-        yield row | {"key": future.key}
+        yield dict.fromkeys(KEYS) | row | {"key": future.key}
 
 
 # --- rows ------------------------------------------------------------------------------------------------------------
 
 
-def complete_row(row: Row) -> Row:
-    """Return a row with every key."""
-    return dict.fromkeys(KEYS) | row
-
-
 def read_row(path: Path) -> Row:
     """Read a row of a campaign; ConfigurationError if the file holds no row."""
     try:
-        return complete_row(json.loads(path.read_text(encoding="utf-8")))
+        return dict.fromkeys(KEYS) | json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, TypeError) as error:
         raise ConfigurationError(f"{path} is not a result of a campaign: {error}; move it away.") from error
 
 
 def parquet_bytes(rows: Sequence[Row]) -> bytes:
-    """Return rows as a Parquet file, a column for every plain value: ``parameters_k_x_value`` of ``parameters``."""
+    """Return rows as a Parquet file, a column for every plain value: ``axes_pitch_use`` of ``axes``."""
     without_none = [{key: value for key, value in row.items() if value is not None} for row in rows]
     table = pd.json_normalize(without_none, sep="_")
     return table.reindex(columns=[*dict.fromkeys((*KEYS[:4], *table.columns))]).to_parquet()
 
 
-class Judgement(NamedTuple):
-    """A row compared with the truth; its entries are "name axis".
-
-    ``found`` holds the entries that were found, strongest evidence first, ``false`` those of them that are false.
-    ``all_named`` says whether every effect of the rig is named; ``covered`` says of every parameter and coefficient of
-    known value whether its interval holds this value.
-    """
-
-    found: tuple[str, ...]
-    false: tuple[str, ...]
-    all_named: bool
-    covered: dict[str, bool]
-
-
-def judge_row(row: Row) -> Judgement:
-    """Judge a row against the truth."""
-    truth = {item["name"]: item["value"] for item in row["truth"] or ()}
-    coefficients = [(f"{effect['name']} {effect['axis']}", effect["coefficient"]) for effect in row["effects"] or ()]
-    covered = {}
-    for name, estimate in (*(row["parameters"] or {}).items(), *coefficients):
-        if estimate and estimate["standard_error"] is not None and (value := truth.get(name)) is not None:
-            low, high = Estimate(**estimate).interval
-            covered[name] = low <= value <= high
-    found = tuple(entry for entry, _ in coefficients)
-    existing = {entry.partition(" ")[0] for entry in truth if entry not in ModelParameters._fields}
-    named = {entry.partition(" ")[0] for entry in found if entry in truth}
-    return Judgement(found, tuple(entry for entry in found if entry not in truth), named == existing, covered)
-
-
 def summarise_rows(rows: Sequence[Row]) -> dict[str, Any]:
     """Return the figures of a campaign.
 
-    ``rigs``: number of diagnosed rigs, ``verdicts``: of these by verdict, ``known``: of these whose truth is known; of
-    the latter ``named`` have all effects named and ``false`` have a false one. ``effects``: entries "name axis" and the
-    number of rigs on which each was found, most frequent first. ``failures``: rig and error text. ``coverage``: share
-    of the ``intervals`` with a known true value that hold it. ``seconds``: median, 95 % quantile and largest time of
-    one diagnosis [s], or None.
+    ``rigs``: number of diagnosed rigs, ``verdicts``: of these by verdict. ``effects``: entries "name axis" and the
+    number of rigs on which each was found, most frequent first. ``failures``: rig and error text. ``seconds``: median,
+    95 % quantile and largest time of one diagnosis [s], or None.
     """
     diagnosed = [row for row in rows if row["error"] is None]
-    judgements = [judge_row(row) for row in diagnosed]
-    known = [judgement for row, judgement in zip(diagnosed, judgements, strict=True) if row["truth"] is not None]
     verdicts = Counter(row["verdict"] for row in diagnosed)
-    hits = [hit for judgement in known for hit in judgement.covered.values()]
+    found = Counter(f"{effect['name']} {effect['axis']}" for row in diagnosed for effect in row["effects"])
     times = [row["seconds"] for row in diagnosed]
     return {
         "rigs": len(diagnosed),
         "verdicts": {str(verdict): verdicts[verdict] for verdict in RigVerdict},
-        "known": len(known),
-        "named": sum(judgement.all_named for judgement in known),
-        "false": sum(bool(judgement.false) for judgement in known),
-        "effects": Counter(entry for judgement in judgements for entry in judgement.found).most_common(),
+        "effects": found.most_common(),
         "failures": [(row["rig"], row["error"]) for row in rows if row["error"] is not None],
-        "intervals": len(hits),
-        "coverage": sum(hits) / len(hits) if hits else None,
         "seconds": np.quantile(times, (0.5, 0.95, 1.0)).tolist() if times else None,
     }
 
 
 def campaign_tables(summary: dict[str, Any]) -> tuple[list[Table], list[str]]:
-    """Return tables and sentences of a summary: what was found, and how much of it is true where that is known."""
-    counts, sentences = {"rigs": summary["rigs"], **summary["verdicts"]}, []
+    """Return tables and sentences of a summary: what was found, how long it took, and what failed."""
+    counts, sentences = {"rigs": summary["rigs"], **summary["verdicts"]}, list[str]()
     tables = [Table("Campaign", [*counts], [[str(count) for count in counts.values()]])]
     if summary["effects"]:
         effects = [(name, str(count)) for name, count in summary["effects"]]
         tables.append(Table("Effects found", ("effect", "rigs"), effects))
-    if known := summary["known"]:
-        truths = f"of {known} rigs whose truth is known {summary['named']} have all effects named"
-        sentences.append(f"{truths}, {summary['false']} have a false one")
-    if summary["coverage"] is not None:
-        share = f"{100.0 * summary['coverage']:.1f} %"
-        sentences.append(f"{share} of {summary['intervals']} intervals of 95 % hold the true value")
     if summary["seconds"] is not None:
         times = "one diagnosis on one core: median {:.1f} s, 95 % quantile {:.1f} s, longest {:.1f} s"
         sentences.append(times.format(*summary["seconds"]))

@@ -3,7 +3,7 @@
 :func:`design_controller` makes two designs of a kind (:mod:`.synthesis`), judged over plants that the data allow
 (:mod:`.judging`). The nominal design follows the weights. The robust design raises the weight R of the voltages by
 factors of :data:`WEIGHT_FACTOR` until 95 % of the drawn plants keep the required disk margin. A PID is retuned for
-:data:`ROBUST` of the plants and compared with the present one; :func:`design_pid` adds notes on the linear model.
+:data:`ROBUST` of the plants and compared with the present one.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,37 +19,33 @@ from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import GAIN_OF, PLANT, ParameterSet, Use, plant_values, to_json_value
 from heli_identifier.tools import margins
 from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Design, judge_controller
-from heli_identifier.tools.linearisation import NOT_LINEAR, PERIOD
+from heli_identifier.tools.linearisation import PERIOD
 from heli_identifier.tools.loop import CONTROLLER, controller_parameters
-from heli_identifier.tools.margins import LOOPS, Plants, allowed_plants
+from heli_identifier.tools.margins import LOOPS
+from heli_identifier.tools.plants import FEW, Plants, allowed_plants, wrong_signs
 from heli_identifier.tools.synthesis import PEAK, design_feedback, retune_pid
-from heli_identifier.tracing import Progress, Rig, sign_notes
+from heli_identifier.tracing import Progress, Rig
 from heli_plant.control import PidSettings
-from heli_plant.parameters import BY_FIELD, BY_NAME, PlantParameters
+from heli_plant.parameters import BY_NAME, PlantParameters
 from heli_plant.state_feedback import FeedbackSettings
 
 KINDS = ("lqi", "lqr", "pid")
 SECOND_ANGLES = ("pitch", "travel")  # angles that may be controlled in addition to the elevation
 DRAWS, SEARCHED = 1000, 200  # drawn plants with which a design is judged, and with which a robust one is searched
-FEW, ROBUST = 60, 30  # the same for a retuned PID: the ends of a 95 % interval are then known to a tenth of its width
+ROBUST = 30  # drawn plants for which a PID is retuned
 WEIGHT_FACTOR, MOST_FACTORS = 1.5, 24  # factor by which the weight of the voltages is raised, and how often at most
 
 LEAST_LIFT = 0.3
 """Sum of the thrust voltages [V] below which the travel cannot be controlled: a lean has no lateral force."""
 
 
-def _check_usable(parameters: ParameterSet, axes: Sequence[str], *unfit_for: Use) -> None:
-    """Refuse a plant with one of ``axes`` whose use, by the diagnosis, is one of ``unfit_for``; say what to fly."""
-    if unfit := [axis for axis in axes if axis in parameters.axes_for(*unfit_for)]:
+def _check_usable(parameters: ParameterSet, axes: Sequence[str]) -> None:
+    """Refuse a plant with one of ``axes`` that the diagnosis does not call fit for control; say what to fly."""
+    if unfit := [axis for axis in axes if axis in parameters.axes_for(Use.NOTHING, Use.PREDICTION)]:
         flights = " ".join(f"For the {axis}: {Rig.experiments[GAIN_OF[axis]]}" for axis in unfit)
         raise ConfigurationError(
             f"the diagnosis does not call the {' and the '.join(unfit)} of these parameters fit for control. {flights}"
         )
-
-
-def _wrong_signs(parameters: ParameterSet) -> tuple[str, ...]:
-    """Return notes on gains whose sign is that of no rig."""
-    return sign_notes({gain: parameters.values[f"{axis}.gain"] for axis, gain in GAIN_OF.items()})
 
 
 def design_controller(
@@ -78,9 +74,9 @@ def design_controller(
         f"a pitch of {pitch:g} rad cannot be held while the travel is controlled; leave it out, or control the pitch "
         "in place of the travel.",
     )
-    _check_usable(parameters, (*LOOPS, *(("travel",) if with_travel else ())), Use.NOTHING, Use.PREDICTION)
+    _check_usable(parameters, (*LOOPS, *(("travel",) if with_travel else ())))
     plants = allowed_plants(parameters, None if with_travel else pitch, elevation, aim.period, draws, progress)
-    model, notes = plants.model, [*_wrong_signs(parameters), *plants.notes]
+    model, notes = plants.model, [*plants.notes]
     refuse(
         with_travel and abs(model.point.lift) < LEAST_LIFT,
         f"at elevation {elevation:g} rad the rotors hardly lift ({model.point.lift:.2g} V together), so a lean does "
@@ -89,11 +85,10 @@ def design_controller(
     progress("designing", 0.6)
     if kind == "pid":
         design = _retune_pid(plants, aim.pid, with_travel, axes, progress)
-        checked, remedy = design.robust, ", ".join(_wrong_signs(parameters)) or "take --kind lqi"
+        checked, remedy = design.robust, ", ".join(wrong_signs(parameters)) or "take --kind lqi"
     else:
         integral = kind == "lqi"
         nominal = design_feedback(model, aim, other, integral)
-        continuous = design_feedback(model, aim, other, integral, sampled=False)
         robust, reached = _find_robust(plants, nominal, aim, other, integral)
         if reached < aim.disk_margin:
             notes.append(
@@ -102,18 +97,14 @@ def design_controller(
         progress("judging", 0.8)
         judged_nominal = judge_controller(plants, nominal, axes)
         judged_robust = judged_nominal if robust == nominal else judge_controller(plants, robust, axes)
-        design = Design(kind, axes, plants, judged_nominal, judged_robust, robust, (), continuous)
+        design = Design(kind, axes, plants, judged_nominal, judged_robust, robust, ())
         checked, remedy = design.robust, "lower the weights of the angles, or sample faster"
     unstable = "the designed loop is unstable on the identified plant, with its delay and bending"
     refuse(not checked.is_stable, f"{unstable}; {remedy}.")
     for axis in axes:
         if not isfinite(design.robust.figures[f"{axis}.settling"].promised):
-            advice = ""
-            if axis == "travel":
-                advice = "; a higher --elevation gives the rotors more lift, so that a lean moves it more"
-            elif kind == "lqr":
-                advice = "; --kind lqi takes away what an LQR leaves"
-            notes.append(f"not all of the plants settle on the {axis} within {LONGEST:g} s{advice}")
+            advice = "--kind lqi takes away what an LQR leaves; a higher --elevation moves the travel more"
+            notes.append(f"not all of the plants settle on the {axis} within {LONGEST:g} s: {advice}")
     return replace(design, notes=(*notes, *design.notes))
 
 
@@ -127,15 +118,11 @@ def _retune_pid(
     before, after = (judge_controller(plants, pid, axes) for pid in (present, retuned))
     peaks = {axis: after.figures[f"{axis}.sensitivity"].value for axis in LOOPS}
     refused = {axis: peak for axis, peak in peaks.items() if peak > 1.05 * PEAK}  # the bound of the search is soft
-    delivered = "controller.json keeps the present gains"
-    others = "`heli design-controller` has other kinds of controllers"
     notes = [
         f"do not fly the retuned {axis} loop: its sensitivity peaks at {peak:.2f}, and at most {PEAK:g} was asked for. "
-        f"{delivered} of the {axis}; {others}"
+        f"controller.json keeps the present gains of the {axis}; --kind lqi is another controller"
         for axis, peak in refused.items()
     ]
-    if not after.is_stable:
-        notes = [f"do not fly the retuned PID: the loop is not stable with it. {delivered}; {others}"]
     if (period := plants.model.sampled.dt) != PERIOD:
         notes.append(f"the PID is designed for steps of {period:g} s: fly it with --step {period:g}")
     if given is None:
@@ -167,37 +154,6 @@ def _find_robust(
     return best, reached
 
 
-def design_pid(
-    parameters: ParameterSet,
-    pitch: float = 0.0,
-    elevation: float = 0.0,
-    aim: ControllerConfiguration | None = None,
-    draws: int = FEW,
-    progress: Progress = lambda what, share: None,
-) -> Design:
-    """Linearise a plant at a pitch and elevation [rad], find the margins of the present PID there, and retune it.
-
-    ``aim`` has the PID, by default that of the units, and its period.
-
-    ConfigurationError if the plant has no equilibrium there, or no plant that the data allow has one; if the motors
-    have no lag; if the diagnosis calls an axis of a loop not usable; or if the parameters are not those of a plant.
-    """
-    _check_usable(parameters, LOOPS, Use.NOTHING)
-    aim = aim or ControllerConfiguration()
-    plants = allowed_plants(parameters, pitch, elevation, aim.period, draws, progress)
-    plant = plants.model.plant
-    progress("retuning", 0.6)
-    design = _retune_pid(plants, aim.pid, False, LOOPS, progress)
-    notes = [
-        f"the linear model leaves out {BY_FIELD[field].name}: friction that sticks has no slope at rest"
-        for field in NOT_LINEAR
-        if getattr(plant, field) != 0.0
-    ]
-    if plant.input_delay_rotors:
-        notes.append(f"an input delay of {plant.input_delay_rotors:.3g} s is in the margins, not in the matrices")
-    return replace(design, notes=(*_wrong_signs(parameters), *notes, *plants.notes, *design.notes))
-
-
 def control_advice(
     parameters: PlantParameters,
     standard_errors: Mapping[str, float],
@@ -211,10 +167,11 @@ def control_advice(
     reach, because it may be that no gains keep the margins. Takes some seconds.
 
     ``standard_errors`` are by structured name; all other parameters are taken as exact. The elevation of the operating
-    point is in [rad], ``aim`` is as in :func:`design_pid`. ConfigurationError if there is no equilibrium.
+    point is in [rad], ``aim`` is as in :func:`design_controller`. ConfigurationError if there is no equilibrium.
     """
     errors = {BY_NAME[name].field: Estimate(0.0, error or None, "1") for name, error in standard_errors.items()}
-    design = design_pid(ParameterSet(PLANT, plant_values(parameters, errors)), 0.0, elevation, aim)
+    given = ParameterSet(PLANT, plant_values(parameters, errors))
+    design = design_controller(given, "pid", "pitch", elevation, aim=aim, draws=FEW)
     peaks = {axis: design.baseline.figures[f"{axis}.sensitivity"] for axis in LOOPS}
     retuned_peaks = {axis: design.robust.figures[f"{axis}.sensitivity"] for axis in LOOPS}
     too_high = {axis: peak for axis, peak in peaks.items() if peak.interval[1] > PEAK}

@@ -8,7 +8,7 @@ of a signature is the inverse standard error of its coefficient. If two signatur
 effects are in question, each standard error grows by 1 / sqrt(1 - rho^2).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain, product
 from pathlib import Path
@@ -96,15 +96,14 @@ class Proposal(NamedTuple):
 class Sight:
     """What an experiment shows of one effect.
 
-    ``visibility`` is the share of its signature that the fitted parameters cannot imitate. The standard errors of its
-    coefficient are for a model with this effect alone, and ``_separated`` for a model with both effects.
+    ``visibility`` is the share of its signature that the fitted parameters cannot imitate. The standard error of its
+    coefficient is that for a model with all effects in question.
     """
 
     name: str
     axis: str
     visibility: float
     standard_error: float
-    standard_error_separated: float
     unit: str
 
 
@@ -116,7 +115,6 @@ class Outlook:
     """
 
     experiment: str
-    duration_s: float
     effects: tuple[Sight, ...]
     correlation: float
     largest_pitch_rad: float
@@ -194,52 +192,52 @@ def fly_proposal(
     separation, sights = float(np.sqrt(max(1.0 - rho**2, 1e-12))), []
     for effect in effects:
         score = scores[effect.field]
-        error = score.standard_error if score.visibility > 0.0 else np.inf
-        sights.append(Sight(effect.name, effect.axis, score.visibility, error, error / separation, effect.unit))
-    return Outlook(proposal.name, duration, tuple(sights), rho, *largest)
+        error = score.standard_error / separation if score.visibility > 0.0 else np.inf
+        sights.append(Sight(effect.name, effect.axis, score.visibility, error, effect.unit))
+    return Outlook(proposal.name, tuple(sights), rho, *largest)
 
 
 def rank_proposals(
     parameters: PlantParameters, effects: Sequence[Effect], duration: float, limits: Limits, progress: tracing.Progress
-) -> list[Outlook]:
+) -> dict[Proposal, Outlook]:
     """Simulate all proposals for one or two effects over a ``duration`` [s]; return those within limits, best first."""
-    proposals, outlooks = list(list_proposals(limits.voltage, parameters)), []
+    proposals, outlooks = list(list_proposals(limits.voltage, parameters)), dict[Proposal, Outlook]()
     for count, proposal in enumerate(proposals):
         progress(f"simulating {count + 1} of {len(proposals)}", count / len(proposals))
         if outlook := fly_proposal(proposal, parameters, effects, duration, limits):
-            outlooks.append(outlook)
+            outlooks[proposal] = outlook
     return rank_outlooks(outlooks)
 
 
-def rank_outlooks(outlooks: Sequence[Outlook]) -> list[Outlook]:
-    """Sort by the larger of the effects' separated standard errors, each relative to the smallest of any outlook."""
+def rank_outlooks(outlooks: Mapping[Proposal, Outlook]) -> dict[Proposal, Outlook]:
+    """Sort by the larger of the effects' standard errors, each relative to the smallest of any outlook."""
     if not outlooks:
-        return []
+        return {}
     # an effect that no outlook shows has no influence
-    errors = np.array([[sight.standard_error_separated for sight in outlook.effects] for outlook in outlooks])
+    errors = np.array([[sight.standard_error for sight in one.effects] for one in outlooks.values()])
     shown = errors[:, np.isfinite(errors).any(axis=0)]
     order = np.argsort((shown / shown.min(axis=0)).max(axis=1, initial=1.0), kind="stable")
-    return [outlooks[i] for i in order]
+    pairs = [*outlooks.items()]
+    return dict(pairs[i] for i in order)
 
 
-def write_voltages(outlook: Outlook, parameters: PlantParameters, limits: Limits, path: Path) -> None:
+def write_voltages(proposal: Proposal, duration: float, path: Path) -> None:
     """Write time [s], v_front [V], v_rear [V] of an experiment as a CSV file that a rig can play."""
-    (proposal,) = (one for one in list_proposals(limits.voltage, parameters) if one.name == outlook.experiment)
     lines = ["time [s],v_front [V],v_rear [V]"]
-    for k, (front, rear) in enumerate(proposal.voltages(outlook.duration_s)):
+    for k, (front, rear) in enumerate(proposal.voltages(duration)):
         lines.append(f"{k * STEP:.2f},{front:.5f},{rear:.5f}")
     write_atomically(path, "\n".join(lines) + "\n")
 
 
 def experiment_table(outlooks: Sequence[Outlook]) -> Table:
-    """Return visibilities, separated standard errors, correlation and largest angles, with notes that explain them."""
+    """Return visibilities, standard errors, correlation and largest angles, with notes that explain them."""
     effects = outlooks[0].effects
     columns, one_name = list[str](), len({x.name for x in effects}) < len(effects)
     for x in effects:
         columns += [f"visibility of {x.name}{f', {x.axis}' * one_name}", f"its error [{x.unit}]"]
     rows = []
     for outlook in outlooks:
-        sights = [(f"{100.0 * x.visibility:.0f} %", f"{x.standard_error_separated:.2g}") for x in outlook.effects]
+        sights = [(f"{100.0 * x.visibility:.0f} %", f"{x.standard_error:.2g}") for x in outlook.effects]
         angles = (f"{angle:.2f} rad" for angle in (outlook.largest_pitch_rad, outlook.largest_elevation_rad))
         rows.append((outlook.experiment, *chain(*sights), f"{outlook.correlation:.2f}", *angles))
     heads = ("experiment", *columns, "correlation", "pitch to", "elevation to")

@@ -30,7 +30,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.records import find_shared_flight
 from heli_identifier.results import Diagnosis, effect_name, slope_estimates, to_json_value
-from heli_identifier.tools.meta_analysis import HOMOGENEOUS, LARGEST_LIKE_SPREAD, LEVEL, Pooled, pool_estimates
+from heli_identifier.tools.meta_analysis import Pooled, pool_estimates
 from heli_identifier.tools.rigs import Rig, error_text, summarise_diagnosis
 from heli_identifier.tracing import CatalogueVerdict, Progress, Verdict
 from heli_plant.effects import effect
@@ -55,17 +55,14 @@ class Finding(StrEnum):
 
 @dataclass(frozen=True)
 class RigEstimate:
-    """The coefficient of one rig, with its ``verdict``.
+    """The ``estimate`` of one rig, with its ``verdict``.
 
     ``left_out`` says why the mean leaves the rig out and is empty if it does not; ``named`` whether the rig's diagnosis
     named the effect. A parameter has no verdict.
     """
 
     rig: str
-    value: float
-    standard_error: float | None
-    unit: str
-    interval: tuple[float, float]
+    estimate: Estimate
     verdict: str
     left_out: str
     named: bool
@@ -76,8 +73,8 @@ class Coefficient:
     """One coefficient over all rigs: of an effect of the catalogue, or a parameter by the paper's symbol.
 
     ``named`` are the rigs whose diagnosis named the effect, ``alternatives`` the effects that explain the logs of one
-    of them equally well; ``alike`` says whether the rigs may have one value. A parameter has no axis and no finding.
-    ``pooled`` is None where fewer than two rigs determine the coefficient.
+    of them equally well. A parameter has no axis and no finding. ``pooled`` is None where fewer than two rigs determine
+    the coefficient.
     """
 
     name: str
@@ -86,7 +83,6 @@ class Coefficient:
     named: tuple[str, ...]
     alternatives: tuple[tuple[str, str], ...]
     unit: str
-    alike: bool | None
     pooled: Pooled | None
     rigs: tuple[RigEstimate, ...]
 
@@ -122,12 +118,6 @@ class Fleet:
                 "failures": [{"rig": rig, "error": error} for rig, error in self.failures.items()],
                 "effects": self.effects,
                 "parameters": self.parameters,
-                "settings": {
-                    "level": LEVEL,
-                    "false_discovery_rate": FALSE_DISCOVERY_RATE,
-                    "largest_like_spread": LARGEST_LIKE_SPREAD,
-                    "homogeneous_p": HOMOGENEOUS,
-                },
                 "provenance": provenance(),
             }
         )
@@ -178,13 +168,14 @@ def combine_rigs(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str]
     for rig, diagnosis in diagnoses.items():
         for entry in diagnosis.catalogue:
             status = (str(entry.verdict), *_reason_left_out(diagnosis, entry))
-            estimates[entry.name, entry.axis].append(_rig_estimate(rig, entry.estimate, *status))
+            estimates[entry.name, entry.axis].append(RigEstimate(rig, entry.estimate, *status))
         for name, value in slope_estimates(diagnosis).items():
             left_out = "" if _is_determined(value) else "given"
-            estimates[name, ""].append(_rig_estimate(rig, value, "", left_out, False))
+            estimates[name, ""].append(RigEstimate(rig, value, "", left_out, False))
     means = dict[tuple[str, str], Pooled | None]()
     for key, of_rigs in estimates.items():
-        pairs = [(estimate.value, estimate.standard_error or 0.0) for estimate in of_rigs if not estimate.left_out]
+        pooled = [of_rig.estimate for of_rig in of_rigs if not of_rig.left_out]
+        pairs = [(estimate.value, estimate.standard_error or 0.0) for estimate in pooled]
         means[key] = pool_estimates(*zip(*pairs, strict=True)) if len(pairs) > 1 else None
     shown = [effect for diagnosis in diagnoses.values() for effect in diagnosis.effects]
     # Benjamini and Hochberg: p of every effect after correction over the catalogue
@@ -196,10 +187,8 @@ def combine_rigs(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str]
         mean, named = means[name, axis], tuple(estimate.rig for estimate in of_rigs if estimate.named)
         finding = _classify_effect(name, axis, of_rigs, mean, (name, axis) in refuted) if axis else None
         others = tuple(dict.fromkeys(o for e in shown if (e.name, e.axis) == (name, axis) for o in e.alternatives))
-        alike = mean.alike if mean else None
-        coefficients.append(
-            Coefficient(name, axis, finding, named, others, of_rigs[0].unit, alike, mean, tuple(of_rigs))
-        )
+        unit = of_rigs[0].estimate.unit
+        coefficients.append(Coefficient(name, axis, finding, named, others, unit, mean, tuple(of_rigs)))
     order = [*Finding]
     effects = sorted(
         (c for c in coefficients if c.finding),
@@ -207,10 +196,6 @@ def combine_rigs(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str]
     )
     parameters = tuple(c for c in coefficients if not c.finding and c.pooled)
     return Fleet(dict(diagnoses), tuple(effects), parameters, dict(failures or {}))
-
-
-def _rig_estimate(rig: str, x: Estimate, verdict: str, left_out: str, named: bool) -> RigEstimate:
-    return RigEstimate(rig, x.value, x.standard_error, x.unit, x.interval, verdict, left_out, named)
 
 
 def _reason_left_out(diagnosis: Diagnosis, entry: CatalogueVerdict) -> tuple[str, bool]:

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from itertools import chain
 
-from heli_identifier import results
 from heli_identifier.provenance import provenance
 from heli_identifier.results import (
     Axes,
@@ -15,6 +14,8 @@ from heli_identifier.results import (
     render,
     to_digits,
     unit_text,
+    uses_text,
+    verdict_line,
 )
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 
@@ -95,72 +96,46 @@ def rig_table(fleet: Fleet) -> Table:
     """Return a table with a row per rig: what its own diagnosis says."""
     rows = list[tuple[str, ...]]()
     for rig, diagnosis in fleet.diagnoses.items():
-        effects = [effect_name(effect.name, effect.axis) for effect in diagnosis.effects]
-        possible = [effect_name(effect.name, effect.axis) for effect in diagnosis.possible]
-        horizon = "ahead_200ms" if diagnosis.closed_loop else "prediction_1s"
-        errors = []
-        for axis, report in diagnosis.axes.items():
-            before, after = (1e3 * getattr(error, horizon).value for error in (report.before, report.after))
-            errors.append(f"{axis} {to_digits(before)} to {to_digits(after)}")
-        rows.append(
-            (
-                rig,
-                str(diagnosis.verdict),
-                join_words(effects) or "nothing",
-                join_words(possible) or "nothing",
-                results.uses_text({axis: report.use for axis, report in diagnosis.axes.items()}),
-                f"{diagnosis.held_out.gain.value:+.0f}".replace("-", "−"),
-                "; ".join(errors),
-                ", ".join(f"{log.file} ({log.used_for})" for log in diagnosis.data),
-            )
-        )
-    rows += [(rig, f"left out: {error}", *[""] * 6) for rig, error in fleet.failures.items()]
-    columns = (
-        "rig", "verdict", "named", "possible, no finding", "use of the axes", "held-out logs gain [nats]",
-        "error 1 s ahead, under a controller .2 s, before to after [mrad]", "logs",
-    )  # fmt: skip
-    return Table("Rigs", columns, rows)
+        use = uses_text({axis: report.use for axis, report in diagnosis.axes.items()})
+        logs = ", ".join(f"{log.file} ({log.used_for})" for log in diagnosis.data)
+        rows.append((rig, verdict_line(diagnosis), use, logs))
+    rows += [(rig, f"left out: {error}", "", "") for rig, error in fleet.failures.items()]
+    return Table("Rigs", ("rig", "its diagnosis", "use of the axes", "logs"), rows)
 
 
 def forest_figure(coefficient: Coefficient) -> str:
-    """Draw the 95 % intervals of all rigs, of the mean (diamond) and of a further rig (thin line).
+    """Draw the 95 % intervals of all rigs and of the mean (diamond).
 
     A filled circle stands for a rig that names the effect, an open one for a rig that does not. A rig that the mean
     leaves out has no interval; the reason is in its label.
     """
     mean, is_effect = coefficient.pooled, coefficient.finding is not None
     names = [e.rig + (f" ({e.left_out.partition(':')[0]})" if e.left_out else "") for e in coefficient.rigs]
-    if mean is not None:
-        names += ["mean", "further rig"] if mean.prediction else ["mean"]
+    names += ["mean"] if mean else []
     panel, window = Axes("", 26.0 * len(names), names=names), _window(coefficient)
     if window[0] < 0.0 < window[1]:
         panel.line((0.0, 0.0), (-0.6, len(names)), "muted", width=0.9)
-    for row, estimate in enumerate(coefficient.rigs):
-        if not estimate.left_out:
-            role, kind = ("measured", "open") if is_effect and not estimate.named else ("after", "points")
-            label = ("named" if estimate.named else "not named") if is_effect else ""
-            panel.line(estimate.interval, (row, row), role, width=2.0)
-            panel.points([estimate.value], [row], role, label, kind)
+    for row, of_rig in enumerate(coefficient.rigs):
+        if not of_rig.left_out:
+            role, kind = ("measured", "open") if is_effect and not of_rig.named else ("after", "points")
+            label = ("named" if of_rig.named else "not named") if is_effect else ""
+            panel.line(of_rig.estimate.interval, (row, row), role, width=2.0)
+            panel.points([of_rig.estimate.value], [row], role, label, kind)
     if mean is not None:
         row = len(coefficient.rigs)
         panel.line(mean.interval, (row, row), "before", width=2.4)
         panel.points([mean.mean], [row], "before", "mean of the make", "diamond")
-        if mean.prediction is not None:
-            panel.line(mean.prediction, (row + 1, row + 1), "before", width=1.0)
     description = f"{title(coefficient)}: coefficient of every rig and the mean of the make"
     unit = f" [{unit_text(coefficient.unit)}]" if unit_text(coefficient.unit) else ""
-    if is_effect:
-        label = f"coefficient of the {coefficient.name.replace('_', ' ')}"
-    else:
-        label = name_parameter(coefficient.name)
-    return figure([panel], label + unit, description, x_limits=window)
+    return figure([panel], title(coefficient) + unit, description, x_limits=window)
 
 
 def _window(coefficient: Coefficient) -> tuple[float, float]:
     """Return the ends of the x axis, which holds all values, zero for an effect, and intervals up to a limit."""
-    mean, intervals = coefficient.pooled, [estimate.interval for estimate in coefficient.counted]
-    values = [*(estimate.value for estimate in coefficient.counted), *([0.0] if coefficient.finding else [])]
-    ends = [*values, *chain(*intervals), *(chain(mean.interval, mean.prediction or ()) if mean else ())]
+    mean, estimates = coefficient.pooled, [of_rig.estimate for of_rig in coefficient.counted]
+    values = [*(estimate.value for estimate in estimates), *([0.0] if coefficient.finding else [])]
+    intervals = [estimate.interval for estimate in estimates]
+    ends = [*values, *chain(*intervals), *(mean.interval if mean else ())]
     middle, reach = 0.5 * (min(values) + max(values)), 0.5 * (max(values) - min(values))
     narrowest = min((0.5 * (high - low) for low, high in intervals), default=0.0)
     farthest = FARTHEST * max(reach, narrowest, 1e-9 * abs(middle))

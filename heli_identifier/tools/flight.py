@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from heli_identifier.errors import refuse
-from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, is_determined
+from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings
 from heli_identifier.records import Log
 from heli_identifier.results import Table
 from heli_identifier.tools.experiment import BANDS, STEP, Limits, Proposal, air_torque, multisines, round_to_counts
@@ -103,12 +103,9 @@ def flight_table(outlooks: list[FlightOutlook]) -> Table:
     """Return a table of relative errors and deviations."""
     rows = []
     for outlook in outlooks:
-        errors = []
-        for error in outlook.relative_errors.values():
-            words = [f"{100.0 * error:.2g} %"] if error <= 1.0 else []
-            words += [] if is_determined(1.0, error, "") else ["not determined"]
-            errors.append(", ".join(words))
+        errors = (f"{100.0 * error:.2g} %" if error <= 1.0 else "–" for error in outlook.relative_errors.values())
         angles = (f"{angle:.2f} rad" for angle in (outlook.largest_pitch_rad, outlook.largest_elevation_rad))
         rows.append((outlook.added, *errors, *angles))
     columns = ("added to the flight", *JUDGED, "pitch to", "elevation by")
-    return Table("Standard errors of what the loop hides, best first", columns, rows)
+    note = "up to 5 % a parameter is determined: half of its 95 % interval is a tenth of its value"
+    return Table("Standard errors of what the loop hides, best first", columns, rows, [note])

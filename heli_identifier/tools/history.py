@@ -1,10 +1,10 @@
 """The on-line identifier over the logs of one rig: the estimates of each log over time, and of all logs together.
 
-**Prediction errors** of several logs are combined by their information matrices. A log of half a minute does not
-determine some combinations of parameters: gain with stiffness, gain with damping, gain with the colour of the air.
-Means of single parameters, each weighted by its own standard error, would lose what the logs say about the
-combinations. With Omega_l and Gamma_l of log l, in which the noise model nu follows the parameters, the prior P with
-which each of the L logs started, and the variance Z of an encoder's zero from log to log,
+Estimates of several logs are combined by their information matrices. A log of half a minute does not determine some
+combinations of parameters: gain with stiffness, gain with damping, gain with the colour of the air. Means of single
+parameters, each weighted by its own standard error, would lose what the logs say about the combinations. With Omega_l
+and Gamma_l of log l, in which the noise model nu follows the parameters, the prior P with which each of the L logs
+started, and the variance Z of an encoder's zero from log to log,
 
     H     = sum_l (Gamma_l + Z)^-1 - (L - 1) P^-1
     Omega = H^-1 (sum_l (Gamma_l + Z)^-1 Omega_l - (L - 1) P^-1 Omega(0))
@@ -12,24 +12,19 @@ which each of the L logs started, and the variance Z of an encoder's zero from l
 The variance of a combination j^T Omega is j^T H^-1 j, divided by the share of it that came from outside the loops of
 all logs (:mod:`heli_identifier.online.loop`), times the square of the Birge ratio (Birge, Physical Review 40 (1932))
 if this exceeds 1: the logs then scatter beyond their errors. A single log keeps its standard errors.
-
-**The adaptation** takes means of single parameters, each weighted by the inverse square of its standard error, and uses
-the Birge ratio in the same way.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from heli_identifier import online
-from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate, IdentifierOutput, IdentifierState, ModelParameters, Plan
 from heli_identifier.records import Log
 from heli_identifier.results import Axes, figure, label_with_unit
-from heli_identifier.tools import meta_analysis
 from heli_identifier.tracing import plausible_range
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
@@ -75,16 +70,9 @@ def estimates_of(output: IdentifierOutput, plan: Plan) -> dict[str, Estimate]:
 def identify_log(log: Log, settings: online.IdentifierSettings) -> EstimateHistory:
     """Run the identifier over a log, with its references if it has any.
 
-    The history has a row for every evaluation of the standard errors. A LogError says that a log ends before the first.
+    The history has a row for every evaluation of the standard errors.
     """
     plan = online.prepare(settings)
-    hold = plan.hold_samples * plan.sample_time
-    if log.duration < hold + settings.report_interval:
-        raise LogError(
-            f"log {log.name} lasts {log.duration:.4g} s; the estimation begins after {hold:g} s, when the filters have "
-            f"settled, and needs {hold + settings.report_interval:g} s. Record longer, leave this log out, or filter "
-            "with a higher frequency."
-        )
     samples = list(map(tuple, np.column_stack((log.voltages, log.angles)).tolist()))
     zero = np.zeros(len(samples))
     references = list(map(tuple, np.column_stack([log.references.get(axis, zero) for axis in AXES]).tolist()))
@@ -138,15 +126,14 @@ def history_figure(histories: Sequence[EstimateHistory], together: Mapping[str, 
 
 
 class Together(NamedTuple):
-    """Estimates from several logs together by symbol, with the motors' lag ``T_m`` if it was estimated.
+    """Estimates from several logs together by symbol, with the motors' lag ``T_m``.
 
-    ``notes`` are about logs that disagree or exceed the rig's limit; ``noise`` holds the noise models of pitch,
-    elevation and travel, none for the adaptation.
+    ``notes`` are about logs that disagree; ``noise`` holds the noise models of pitch, elevation and travel.
     """
 
     estimates: Mapping[str, Estimate]
     notes: tuple[str, ...]
-    noise: tuple[online.Noise, ...] = ()
+    noise: tuple[online.Noise, ...]
 
 
 def combine_histories(histories: Sequence[EstimateHistory]) -> Together:
@@ -165,9 +152,9 @@ def combine_histories(histories: Sequence[EstimateHistory]) -> Together:
     state = state_with(1)
     estimates = estimates_of(online.output_of(state, plan), plan)
     birge_ratios = online.output_of(state_with(2), plan).standard_errors._asdict()
-    outputs = [online.output_of(history.state, history.plan) for history in histories]
-    notes = (*_describe_scatter(birge_ratios), *_describe_contradictions(estimates, outputs))
-    return Together(estimates, notes, tuple(online.noise_of(axis.estimate) for axis in state.axes))
+    return Together(
+        estimates, _describe_scatter(birge_ratios), tuple(online.noise_of(axis.estimate) for axis in state.axes)
+    )
 
 
 def _combine_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[Array, Array, Array]:
@@ -197,43 +184,6 @@ def _combine_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> t
     ratios = np.sqrt(scatter.sum(axis=0) / others)
     variance = np.einsum("ij,ji->i", rows, np.linalg.solve(H, rows.T))
     return omega, np.sqrt(variance / shares) * np.maximum(1.0, ratios), ratios
-
-
-def combine_estimates(logs: Sequence[Mapping[str, Estimate]]) -> Together:
-    """Combine estimates by symbol of several logs, each weighted by the inverse square of its standard error."""
-    estimates, ratios = {}, {}
-    for name, first in logs[0].items():
-        values = np.array([log[name].value for log in logs])
-        errors = np.array([log[name].standard_error or 0.0 for log in logs])
-        mean, error = float(values.mean()), None
-        if (errors > 0.0).all():  # a known rest angle has no error
-            mean, error, ratios[name] = _weighted_mean(values, errors)
-            error *= max(ratios[name], 1.0)
-        estimates[name] = Estimate(mean, error, first.unit)
-    return Together(estimates, _describe_scatter(ratios))
-
-
-def _weighted_mean(values: Array, errors: Array) -> tuple[float, float, float]:
-    """Return mean, standard error and Birge ratio, which is 0 for a single value."""
-    mean, Q, precision = meta_analysis.weighted_mean(values, errors, 0.0)
-    return mean, precision**-0.5, float(np.sqrt(Q / max(len(values) - 1, 1)))
-
-
-def _describe_contradictions(estimates: Mapping[str, Estimate], outputs: Sequence[Any]) -> list[str]:
-    """Return a sentence for each gain that the references of all logs exclude."""
-    notes = []
-    for axis, name in enumerate(online.GAINS):
-        known = [(o.instruments[axis], o.instrument_errors[axis]) for o in outputs if o.instrument_errors[axis] > 0.0]
-        if not known:
-            continue
-        value, error, _ = _weighted_mean(*np.array(known).T)
-        if abs(value - estimates[name].value) > online.CONTRADICTION * error:
-            notes.append(
-                f"{name} = {estimates[name].value:.3g} rests on a noise model that the references contradict: they "
-                f"give {value:.3g} ± {1.96 * error:.2g} {BY_FIELD[name].unit}. The air has another colour than the "
-                "model allows, or what was logged as a reference answers the rig"
-            )
-    return notes
 
 
 def _describe_scatter(ratios: Mapping[str, float]) -> tuple[str, ...]:

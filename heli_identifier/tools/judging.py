@@ -5,32 +5,28 @@ between reading angles and setting voltages, and the input delay.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from functools import cached_property
-from math import ceil, inf, nan
+from dataclasses import dataclass
+from math import ceil, inf
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import rankdata
 
 from heli_identifier.provenance import provenance
 from heli_identifier.results import to_json_value
 from heli_identifier.tools import margins
-from heli_identifier.tools.linearisation import linear_system
 from heli_identifier.tools.loop import Settings, StepResponse, settling_time, step_response
-from heli_identifier.tools.margins import LOOPS, Array, Plants
-from heli_plant.control import PidSettings
+from heli_identifier.tools.margins import LOOPS, Array
+from heli_identifier.tools.plants import Plants
 from heli_plant.effects import AXES
-from heli_plant.state_feedback import FeedbackSettings
 
-SCHEMA, LINEAR_SCHEMA = "heli-controller/1", "heli-linear-model/2"
+SCHEMA = "heli-controller/1"
 
 CONFIDENCE = 0.95  # share of the plants that keep the promised figures
 LONGEST = 40.0  # length [s] of the steps whose settling is judged
 SHOWN = {"pitch": 12.0, "elevation": 12.0, "travel": 30.0}  # length [s] of the steps that are shown
 MARGINS = margins.Margins._fields
-UNSTABLE = margins.Margins(gain=1.0, phase=0.0, sensitivity=inf, crossover=nan)  # margins of an unstable loop
+UNSTABLE = margins.Margins(gain=1.0, phase=0.0, sensitivity=inf)  # margins of an unstable loop
 SMALLER_IS_BETTER = ("sensitivity", "settling")  # figures whose names end so are better if they are smaller
 
 
@@ -60,33 +56,12 @@ class Judged:
     """Whether the loop with the estimated plant is stable."""
     stable_share: float
     """Share of the drawn plants with a stable loop."""
-    poles: NDArray[Any]
-    """Of the closed loop with the estimated plant [1/s], shape (n,)."""
     disks: Array
     """Disk margins of the drawn plants, shape (M,)."""
     steps: tuple[StepResponse, ...]
     """Steps of the whole plant, one per axis."""
     band: dict[str, Array]
     """By axis the lowest and highest response to a unit step among 95 % of the drawn plants, shape (2, N)."""
-
-    @property
-    def document(self) -> dict[str, Any]:
-        """The content of a JSON file."""
-        settings, figures, gains = self.settings, self.figures, {}
-        if isinstance(settings, PidSettings):
-            gains = {"gains": {axis: getattr(settings, axis)._asdict() for axis in LOOPS}, "trim_V": settings.trim}
-        return {
-            **gains,
-            "stable_share": self.stable_share,
-            "disk_margin": figures["disk"],
-            "margins": {loop: {name: figures[f"{loop}.{name}"] for name in MARGINS} for loop in LOOPS},
-            "settling_time_s": {step.axis: figures[f"{step.axis}.settling"] for step in self.steps},
-            "steps": {
-                step.axis: {"size_rad": step.size, "overshoot": step.overshoot, "settling_time_s": step.settling_time}
-                for step in self.steps
-            },
-            "poles": [[pole.real, pole.imag] for pole in self.poles.tolist()],
-        }
 
 
 def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) -> Judged:
@@ -99,8 +74,7 @@ def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) ->
     for index, loop_name in enumerate(LOOPS):
         gains = margins.loop_gain(plants.responses, response, index)
         of_plants = [
-            margins.loop_margins(gain, plants.omega) if is_stable else UNSTABLE
-            for gain, is_stable in zip(gains, stable, strict=True)
+            margins.loop_margins(gain) if is_stable else UNSTABLE for gain, is_stable in zip(gains, stable, strict=True)
         ]
         for name, column in zip(MARGINS, np.transpose(of_plants), strict=True):
             columns[f"{loop_name}.{name}"] = column
@@ -112,15 +86,11 @@ def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) ->
             paths = np.array([margins.unit_step(loop, index, round(LONGEST / period))[:, index] for loop in loops])
             columns[f"{axis}.settling"] = np.array([settling_time(path, period) for path in paths])
             band[axis] = np.quantile(paths[1:, : round(SHOWN[axis] / period)], (0.025, 0.975), axis=0)
-    # without the poles of shift registers and of states that no input moves
-    z = np.linalg.eigvals(loops[0].A).astype(complex)
-    poles = np.log(z[np.abs(z) > 1e-3]) / period
     return Judged(
         settings=settings,
         figures=_figures(columns),
         is_stable=bool(stable[0]),
         stable_share=float(np.mean(stable[1:])),
-        poles=poles[np.abs(poles) > 1e-6],
         disks=columns["disk"][1:],
         steps=tuple(step_response(model, settings, axis, duration=SHOWN[axis]) for axis in axes),
         band=band,
@@ -159,8 +129,7 @@ class Design:
     ``kind`` is pid, lqr or lqi, ``axes`` are the controlled angles, ``plants`` those over which both were judged.
     ``baseline`` is the design by the weights, or the present PID; ``robust`` is the robust design, or the retuned PID.
     ``flown`` is delivered: the robust controller, but with the present gains of PID loops whose retuned gains must not
-    be flown. ``notes`` are about the plant, the search and these loops; ``continuous`` is the first design in
-    continuous time, None for a PID.
+    be flown. ``notes`` are about the plant, the search and these loops.
     """
 
     kind: str
@@ -170,7 +139,6 @@ class Design:
     robust: Judged
     flown: Settings
     notes: tuple[str, ...]
-    continuous: FeedbackSettings | None = None
 
     @property
     def by_name(self) -> dict[str, Judged]:
@@ -180,8 +148,7 @@ class Design:
 
     def document(self) -> dict[str, Any]:
         """Return the content of design.json; null stands for an infinite value."""
-        model, c = self.plants.model, self.continuous
-        gains = {"K": c.gain, "K_z": c.integral, "L": c.innovation, "N": c.reference} if c else {}
+        model, both = self.plants.model, {"nominal": self.baseline, "robust": self.robust}
         return to_json_value(
             {
                 "schema": SCHEMA,
@@ -192,37 +159,8 @@ class Design:
                 "input_delay_s": model.plant.input_delay_rotors,
                 "plants": len(self.plants.drawn),
                 "confidence": CONFIDENCE,
-                "nominal": self.baseline.document,
-                "robust": self.robust.document,
-                "continuous": gains,
+                **{name: {"stable_share": x.stable_share, "figures": x.figures} for name, x in both.items()},
                 "notes": self.notes,
                 "provenance": provenance(),
             }
         )
-
-    def linear_document(self) -> dict[str, Any]:
-        """Return the content of linear_model.json: the matrices by their names, and the loops."""
-        loops = {"before": self.baseline.document, "after": self.robust.document}
-        remarks = {"notes": self.notes, "provenance": provenance()}
-        return to_json_value({"schema": LINEAR_SCHEMA, **self.matrices, "loops": loops, **remarks})
-
-    @cached_property
-    def matrices(self) -> dict[str, Any]:
-        """A, B, C, D continuous, F, G sampled every ``period`` [s], names, and 95 % intervals of A and B."""
-        model = self.plants.model
-        continuous, *drawn = (linear_system(linear.plant, linear.point) for linear in (model, *self.plants.drawn))
-        matrices = {
-            **{key: getattr(continuous, key) for key in "ABCD"},
-            "F": model.sampled.A,
-            "G": model.sampled.B,
-            "period": model.sampled.dt,
-            "states": continuous.state_labels,
-            "inputs": continuous.input_labels,
-            "outputs": continuous.output_labels,
-            "operating_point": asdict(model.point),
-            "input_delay": model.plant.input_delay_rotors,
-        }
-        for name in "AB":
-            ends = np.quantile([getattr(system, name) for system in drawn], (0.025, 0.975), axis=0)
-            matrices[f"{name}_low"], matrices[f"{name}_high"] = ends
-        return matrices

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fmu_src import TYPES, Variable, field_of, unit_class, with_fields
+from fmu_src import TYPES, field_of, unit_class, with_fields
 from heli_identifier import results
 from heli_identifier.errors import refuse
 from heli_identifier.online import Estimate
@@ -46,33 +46,30 @@ AHEAD = 3.0  # length [s] of the parts of a flight that are simulated
 
 def controller_settings(default: Controller, values: Mapping[str, float]) -> Controller:
     """Return a controller from parameters of its unit; missing values are those of ``default``."""
-    variables = [variable for variable in _parameters(default) if variable.name in values]
-    return with_fields(default, {v.field: TYPES[v.type](values[v.name]) for v in variables})
+    given = [variable for variable in unit_class(_unit_of(default)).variables if variable.name in values]
+    return with_fields(default, {v.field: TYPES[v.type](values[v.name]) for v in given if v.field})
 
 
 def controller_parameters(settings: Settings, point: OperatingPoint) -> ParameterSet:
     """Return the parameters with which a controller's unit holds an operating point.
 
-    Zero parameters of a StateFeedback are left out, and of a PID the parameters of loops that are off.
+    Zero parameters of a StateFeedback, of which it has many, are left out.
     """
+    unit = _unit_of(settings)
     values = {
         variable.name: Estimate(float(field_of(settings, variable.field)), None, variable.unit or "1")
-        for variable in _parameters(settings)
+        for variable in unit_class(unit).variables
+        if variable.field
     }
     values["reference.pitch"] = Estimate(point.pitch, None, "rad")
     values["reference.elevation"] = Estimate(point.elevation, None, "rad")
-    if isinstance(settings, FeedbackSettings):
-        nonzero = {name: estimate for name, estimate in values.items() if estimate.value}
-        return ParameterSet(FEEDBACK, nonzero, provenance=provenance())
-    off = ("rate.", "travel.pitch_limit", *(() if settings.travel_enabled else ("travel.",)))
-    used = {name: estimate for name, estimate in values.items() if not name.startswith(off)}
-    return ParameterSet(CONTROLLER, used, provenance=provenance())
+    if unit == FEEDBACK:
+        values = {name: estimate for name, estimate in values.items() if estimate.value}
+    return ParameterSet(unit, values, provenance=provenance())
 
 
-def _parameters(settings: Settings) -> list[Variable]:
-    """Return the parameters of a controller's unit that set a field of its settings."""
-    (unit,) = (name for name, kind in KINDS.items() if isinstance(settings, kind))
-    return [variable for variable in unit_class(unit).variables if variable.field]
+def _unit_of(settings: Settings) -> str:
+    return next(unit for unit, kind in KINDS.items() if isinstance(settings, kind))
 
 
 def start_controller(settings: Settings, pitch: float, elevation: float, travel: float) -> Memory:
@@ -153,16 +150,13 @@ def settling_time(share: Array, period: float) -> float:
 class StepResponse(NamedTuple):
     """Response of an ``axis`` to a step of its reference by ``size`` [rad] at the ``time`` (N,) 0 [s].
 
-    ``angle`` (N,) is the deviation from the operating point [rad], ``overshoot`` the largest excess as a share of the
-    step; ``settling_time`` [s] is infinite if the response does not settle.
+    ``angle`` (N,) is the deviation from the operating point [rad].
     """
 
     axis: str
     time: Array
     angle: Array
     size: float
-    overshoot: float
-    settling_time: float
 
 
 def step_response(
@@ -180,10 +174,7 @@ def step_response(
     references = np.where(np.arange(count)[:, None] < lead, hold, hold + size * np.eye(3)[index])
     state, held = rigid_start(point.state(plant), plant), (point.v_front, point.v_rear)
     angles, _ = fly(plant, settings, references, state, held, period, start_at_rest(settings, point))
-    angle = angles[:, index] - hold[index]
-    excess = max(float(np.max(angle / size)) - 1.0, 0.0)
-    settled = settling_time(angle[lead:] / size, period)
-    return StepResponse(axis, np.arange(count) * period - LEAD, angle, size, excess, settled)
+    return StepResponse(axis, np.arange(count) * period - LEAD, angles[:, index] - hold[index], size)
 
 
 def check_closed_loop(

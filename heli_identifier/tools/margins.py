@@ -22,8 +22,6 @@ Sources: P. Seiler, A. Packard, P. Gahinet, IEEE Control Systems 40 (2020) 78 (d
 entries have the same size.
 """
 
-from contextlib import suppress
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -31,13 +29,9 @@ import numpy as np
 from control import StateSpace, append, ss
 from numpy.typing import NDArray
 
-from heli_identifier.errors import ConfigurationError, refuse
-from heli_identifier.results import ParameterSet, draw_values
-from heli_identifier.tools.linearisation import LinearModel, linear_model
+from heli_identifier.tools.linearisation import LinearModel
 from heli_identifier.tools.loop import Array, Settings, start_controller, step_controller
-from heli_identifier.tracing import Progress
 from heli_plant.control import PidSettings
-from heli_plant.parameters import PlantParameters, from_names
 from heli_plant.state_feedback import MOST_DELAY, Angles, FeedbackSettings, Rotors
 
 Responses = NDArray[Any]  # frequency responses, complex
@@ -130,17 +124,16 @@ class Margins(NamedTuple):
     """Margins of one loop.
 
     ``gain`` is the factor by which the loop gain may grow, infinite without a limit; ``phase`` [deg]; ``sensitivity``
-    the peak of abs(1/(1 + l)); ``crossover`` the highest frequency [rad/s] of unit gain.
+    the peak of abs(1/(1 + l)).
     """
 
     gain: float
     phase: float
     sensitivity: float
-    crossover: float
 
 
-def loop_margins(gain: Responses, omega: Array) -> Margins:
-    """Return the margins of a loop gain (N,) of negative feedback at growing frequencies ``omega`` (N,) [rad/s].
+def loop_margins(gain: Responses) -> Margins:
+    """Return the margins of a loop gain (N,) of negative feedback at growing frequencies.
 
     Between two frequencies, 2 % apart in :func:`frequencies`, the gain is interpolated: margins are accurate to 1e-3.
     """
@@ -153,12 +146,10 @@ def loop_margins(gain: Responses, omega: Array) -> Margins:
     share = size[unit_gain] / (size[unit_gain] - size[unit_gain + 1])
     turn = np.angle(after[unit_gain] / before[unit_gain])
     phases = np.abs(np.angle(-before[unit_gain] * np.exp(1j * share * turn), deg=True))
-    crossovers = omega[unit_gain] * (omega[unit_gain + 1] / omega[unit_gain]) ** share
     return Margins(
         float(min(factors[factors > 1.0], default=np.inf)),
         float(min(phases, default=np.inf)),
         float(np.max(1.0 / np.abs(1.0 + gain))),
-        float(max(crossovers, default=np.nan)),
     )
 
 
@@ -201,45 +192,3 @@ def disk_margins(plants: Responses, controller: Responses) -> Array:
     total = np.abs(M[..., 0, 0]) ** 2 + np.abs(M[..., 1, 1]) ** 2 + 2.0 * np.abs(M[..., 0, 1] * M[..., 1, 0])
     mu = np.sqrt(0.5 * (total + np.sqrt(np.maximum(total**2 - 4.0 * np.abs(np.linalg.det(M)) ** 2, 0.0))))
     return np.asarray(1.0 / mu.max(axis=-1))
-
-
-@dataclass(frozen=True, eq=False)
-class Plants:
-    """The estimated plant at an operating point, and M ``drawn`` plants that the data allow, each at its own point.
-
-    ``responses`` (M + 1, N, 3, 2) are :func:`plant_response` of the estimated and the drawn plants at the frequencies
-    ``omega`` (N,) [rad/s]; ``notes`` say which values were drawn from priors, and how many plants were left out.
-    """
-
-    model: LinearModel
-    drawn: tuple[LinearModel, ...]
-    omega: Array
-    responses: Responses
-    notes: tuple[str, ...]
-
-
-def draw_plants(parameters: ParameterSet, count: int) -> list[PlantParameters]:
-    """Draw plants that the data allow (:func:`heli_identifier.results.parameters.draw_values`)."""
-    return [from_names(parameters.start_values | drawn) for drawn in draw_values(parameters, count)]
-
-
-def allowed_plants(
-    parameters: ParameterSet, pitch: float | None, elevation: float, period: float, draws: int, progress: Progress
-) -> Plants:
-    """Linearise the estimated plant and drawn plants, each at its own equilibrium.
-
-    ConfigurationError if the estimated plant has no equilibrium, or no drawn plant has one.
-    """
-    model, drawn = linear_model(parameters.plant(), pitch, elevation, period), list[LinearModel]()
-    for number, plant in enumerate(draw_plants(parameters, draws)):
-        progress("linearising the plants that the data allow", 0.5 * number / draws)
-        with suppress(ConfigurationError):
-            drawn.append(linear_model(plant, pitch, elevation, period))
-    at = f"pitch {model.point.pitch:g} rad, elevation {elevation:g} rad; choose a point nearer to rest."
-    refuse(not drawn, f"none of {draws} plants that the data allow has an equilibrium at {at}")
-    omega = frequencies(period)
-    responses = np.array([plant_response(linear, omega) for linear in (model, *drawn)])
-    notes = [parameters.drawn_from_prior] if parameters.drawn_from_prior else []
-    if missing := draws - len(drawn):
-        notes.append(f"{missing} of {draws} plants that the data allow have no equilibrium there")
-    return Plants(model, tuple(drawn), omega, responses, tuple(notes))

@@ -10,17 +10,12 @@ with the mean mu of the make, the spread tau between its rigs, and
 
 * Q(tau) falls with tau, and at the true tau it is chi-squared with k - 1 degrees of freedom for k rigs. So every
   value q of that distribution gives one tau, by Q(tau) = q. The mean k - 1 gives the estimate (Paule and Mandel 1982;
-  DerSimonian and Kacker 2007, eq. 10), the outer quantiles give the interval (the Q profile of Viechtbauer 2007), and
-  all quantiles together give the confidence distribution of tau.
+  DerSimonian and Kacker 2007, eq. 10), the outer quantiles give the interval (the Q profile of Viechtbauer 2007).
 * The variance of the mean is max(1, q) / sum w_i with q = Q(tau) / (k - 1), and its quantiles are those of Student's t
   with k - 1 degrees of freedom (Hartung and Knapp 2001). The lower bound of 1 keeps the interval of a few rigs that
   agree by chance from being too short (Röver, Knapp and Friede 2015).
 * Q(0) tests whether all rigs have one value (Cochran 1954). I^2 = max(0, 1 - (k - 1) / Q(0)) is the share of the
   variance of the estimates that comes from differences between the rigs (Higgins and Thompson 2002, eq. 10).
-* Given tau, the value of a further rig is normal about m with the variance tau^2 + 1 / sum w_i. Its interval holds the
-  middle of the mixture over the confidence distribution of tau (after Nagashima, Noma and Furukawa 2019). The interval
-  with the estimated tau alone (Higgins, Thompson and Spiegelhalter 2009) holds the value in only 86 % where tau is half
-  of the standard errors.
 """
 
 from collections.abc import Sequence
@@ -38,7 +33,6 @@ LARGEST_LIKE_SPREAD = 0.5
 the sign of the mean."""
 
 HOMOGENEOUS = 0.05  # least probability by Cochran's test of rigs whose coefficients are alike
-QUANTILES = 41  # of the confidence distribution of tau, from which a prediction interval is made
 Values = NDArray[np.float64]
 
 
@@ -48,9 +42,8 @@ class Pooled:
 
     ``p`` is the two-sided probability of such a mean if the true mean is zero, whatever the spread. ``p_no_effect`` is
     the probability of such estimates if no rig has the effect, from the fixed-effect mean over its standard error; with
-    few rigs it is far smaller than ``p``, because it knows no spread. ``spread`` is tau. ``prediction`` is the interval
-    of the true value of a further rig, None for two rigs, which say nothing about it. ``Q`` and ``Q_p`` are Cochran's
-    test, ``I2`` is 0 to 1.
+    few rigs it is far smaller than ``p``, because it knows no spread. ``spread`` is tau. ``Q`` and ``Q_p`` are of
+    Cochran's test, ``I2`` is 0 to 1. ``alike``: the test allows one value, and the spread is at most half of the mean.
     """
 
     mean: float
@@ -60,16 +53,11 @@ class Pooled:
     p_no_effect: float
     spread: float
     spread_interval: tuple[float, float]
-    prediction: tuple[float, float] | None
     Q: float
     Q_p: float
     I2: float
     rigs: int
-
-    @property
-    def alike(self) -> bool:
-        """Whether the rigs may have one value by Cochran's test, and their spread is at most half of the mean."""
-        return self.Q_p >= HOMOGENEOUS and self.spread <= LARGEST_LIKE_SPREAD * abs(self.mean)
+    alike: bool
 
     @property
     def has_sign(self) -> bool:
@@ -84,7 +72,7 @@ def pool_estimates(values: Sequence[float], standard_errors: Sequence[float]) ->
     tau, low, high = (solve_spread(y, s, q) for q in (k - 1.0, chi2.isf(tail, k - 1), chi2.ppf(tail, k - 1)))
     m, q, precision = weighted_mean(y, s, tau)
     error = float(np.sqrt(max(1.0, q / (k - 1)) / precision))
-    half = float(t.isf(tail, k - 1)) * error
+    half, Q_p = float(t.isf(tail, k - 1)) * error, float(chi2.sf(Q, k - 1))
     return Pooled(
         mean=m,
         standard_error=error,
@@ -93,11 +81,11 @@ def pool_estimates(values: Sequence[float], standard_errors: Sequence[float]) ->
         p_no_effect=float(2.0 * norm.sf(abs(fixed) * np.sqrt(fixed_precision))),
         spread=tau,
         spread_interval=(low, high),
-        prediction=prediction_interval(y, s) if k > 2 else None,
         Q=Q,
-        Q_p=float(chi2.sf(Q, k - 1)),
+        Q_p=Q_p,
         I2=1.0 - (k - 1) / Q if Q > k - 1 else 0.0,
         rigs=k,
+        alike=Q_p >= HOMOGENEOUS and tau <= LARGEST_LIKE_SPREAD * abs(m),
     )
 
 
@@ -114,16 +102,3 @@ def solve_spread(y: Values, s: Values, q: float) -> float:
         return 0.0
     high = float(np.sqrt(np.sum((y - y.mean()) ** 2) / q))  # there Q <= sum (y - mean)^2 / tau^2 = q
     return float(brentq(lambda tau: weighted_mean(y, s, tau)[1] - q, 0.0, 1.001 * high, xtol=1e-14 * high, rtol=1e-14))
-
-
-def prediction_interval(y: Values, s: Values) -> tuple[float, float]:
-    """Return the 95 % interval of the true value of a further rig."""
-    tau = np.array([solve_spread(y, s, q) for q in chi2.isf((np.arange(QUANTILES) + 0.5) / QUANTILES, len(y) - 1)])
-    m, _, precision = np.transpose([weighted_mean(y, s, spread) for spread in tau])
-    deviation = np.sqrt(tau**2 + 1.0 / precision)
-    bracket = float((m - 10.0 * deviation).min()), float((m + 10.0 * deviation).max())
-
-    def quantile(probability: float) -> float:
-        return float(brentq(lambda x: norm.cdf((x - m) / deviation).mean() - probability, *bracket))
-
-    return quantile(0.5 - 0.5 * LEVEL), quantile(0.5 + 0.5 * LEVEL)

@@ -1,14 +1,14 @@
-"""Rigs with their logs, and where they come from: a folder for each, or a generator called with seeds.
+"""Rigs with their logs, a folder for each.
 
 A :class:`Source` is small: a campaign sends it to the worker, which loads the logs itself. A worker on another machine
-must see the folder under the same path, or be able to import the generator.
+must see the folder under the same path.
 """
 
 import hashlib
 import os
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from importlib import import_module
@@ -18,23 +18,14 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from heli_identifier import records
-from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, LogError, refuse
-from heli_identifier.online import ModelParameters
+from heli_identifier.errors import CONFIGURATION_NAME, IdentifierError, LogError, refuse
 from heli_identifier.records import Log, RigConfiguration
-from heli_identifier.results import Diagnosis, diagnose, to_json_value
-from heli_identifier.tracing import DiagnosisSettings, FoundEffect
-from heli_plant.effects import AXES, CATALOGUE
+from heli_identifier.results import Diagnosis, diagnose
+from heli_identifier.tracing import DiagnosisSettings
 
 ENDINGS = (".csv", ".mat")  # endings of logs, also with .gz behind them; other files in a rig's folder are ignored
 HELD_OUT = "held"  # a log whose name starts with this is held out
 TRAINING_SHARE = 2.0 / 3.0  # share of a single log that is fitted to; the rest is held out
-
-TRUTH_NAMES = {
-    *ModelParameters._fields,
-    *(f"{effect.name} {effect.axis}" for effect in CATALOGUE),
-    *(f"unknown {axis}" for axis in AXES),
-}
-"""Names of the true values of a generated rig."""
 
 SHORTEST_TO_SPLIT = 25.0
 """Length [s] from which a single log is split: its last third has the 8 s that a diagnosis needs."""
@@ -42,31 +33,16 @@ SHORTEST_TO_SPLIT = 25.0
 
 @dataclass(frozen=True)
 class Rig:
-    """The data set of one rig: training logs and held-out logs; ConfigurationError if one of them is missing."""
+    """The data set of one rig: training logs and held-out logs."""
 
     training: tuple[Log, ...]
     held_out: tuple[Log, ...]
-    truth: Mapping[str, float | None] | None = None
-    """True values, which the diagnosis does not get: of parameters by the paper's symbol, of coefficients by effect and
-    axis, "dry_friction pitch". None if a value cannot be compared, as for "unknown pitch", a torque of no catalogue."""
     configuration: RigConfiguration | None = None
     """The rig's own configuration; with None the settings of the campaign or the fleet apply."""
     note: str = ""
     """What was held out if the names of the logs do not say so."""
     left_out: tuple[str, ...] = ()
     """Why logs in its folder are not used."""
-
-    def __post_init__(self) -> None:
-        for name in ("training", "held_out"):
-            logs = tuple(getattr(self, name))
-            valid = bool(logs) and all(isinstance(log, Log) for log in logs)
-            refuse(not valid, f"rig.{name} = {logs!r} must hold one or more logs.")
-            object.__setattr__(self, name, logs)
-        if unknown := set(self.truth or ()) - TRUTH_NAMES:
-            raise ConfigurationError(
-                f"rig.truth names {unknown.pop()!r}, which is neither a parameter nor an effect on an axis as `heli "
-                "effects` lists them, such as 'dry_friction pitch'; a torque of no catalogue is 'unknown pitch'."
-            )
 
     def diagnose(self, settings: DiagnosisSettings | None = None, **options: Any) -> Diagnosis:
         """Diagnose it; its own configuration overrides the settings, and the notes say which logs are left out."""
@@ -75,33 +51,21 @@ class Rig:
         return replace(diagnosis, notes=(*self.left_out, *diagnosis.notes))
 
 
+KEPT = ("verdict", "closed_loop", "axes", "held_out", "parameters_after", "data", "notes", "seconds")
+KEPT_OF_EFFECTS = ("name", "axis", "verdict", "score", "in_plant", "coefficient", "alternatives")
+"""Keys of diagnosis.json, and of its effects, that fleets and campaigns keep."""
+
+
 def summarise_diagnosis(rig: str, diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return the part of a rig's diagnosis that fleets and campaigns keep, as values for JSON."""
-    stages = ("before", "after", "noise_floor")
-    return to_json_value(
-        {
-            "rig": rig,
-            "verdict": diagnosis.verdict,
-            "closed_loop": diagnosis.closed_loop,
-            "effects": [_summarise_effect(effect) for effect in diagnosis.effects],
-            "possible": [_summarise_effect(effect) for effect in diagnosis.possible],
-            "use": {axis: report.use for axis, report in diagnosis.axes.items()},
-            "held_out_nats": diagnosis.held_out.gain.value,
-            "prediction_1s_rad": {
-                axis: {stage: getattr(report, stage).prediction_1s.value for stage in stages}
-                for axis, report in diagnosis.axes.items()
-            },
-            "parameters": diagnosis.parameters_after,
-            "data": [{"file": log.file, "sha256": log.sha256, "used_for": log.used_for} for log in diagnosis.data],
-            "notes": diagnosis.notes,
-            "seconds": diagnosis.seconds,
-        }
-    )
-
-
-def _summarise_effect(effect: FoundEffect) -> dict[str, Any]:
-    keys = ("name", "axis", "verdict", "score", "in_plant", "coefficient", "alternatives")
-    return {**{key: getattr(effect, key) for key in keys}, "variable": getattr(effect.shape, "variable", None)}
+    """Return the part of a rig's diagnosis.json that fleets and campaigns keep."""
+    document = diagnosis.to_dict()
+    row = {"rig": rig, **{key: document[key] for key in KEPT}}
+    for found in ("effects", "possible"):
+        row[found] = [
+            {**{key: effect[key] for key in KEPT_OF_EFFECTS}, "variable": effect["shape"].get("variable")}
+            for effect in document[found]
+        ]
+    return row
 
 
 class Source(NamedTuple):
@@ -129,16 +93,26 @@ def split_logs(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[tuple[
             f"{last.path}: {last.duration:.3g} s are too short to be split into a training part and a held-out part, "
             f"{SHORTEST_TO_SPLIT:g} s are needed; give a second log, which is then held out."
         )
-    count, parts = ceil(TRAINING_SHARE * last.samples), list[Log]()
-    for first, stop in ((0, count), (count, last.samples)):
-        begin, end = (last.start + k * last.step for k in (first, stop - 1))
-        note = f"here {begin:g} s to {end:g} s of it ({stop - first} of {last.samples} rows)"
-        signals: dict[str, Any] = {name: getattr(last, name)[first:stop] for name in ("voltages", "angles")}
-        references = {axis: values[first:stop] for axis, values in last.references.items()}
-        parts.append(replace(last, **signals, references=references, start=begin, notes=(*last.notes, note)))
-    training_part, rest = parts
-    rest = replace(rest, name=f"{last.name} from {rest.start:.4g} s")
-    return (training_part,), (rest,), f"held out: the last third of {last.path}, from {rest.start:.4g} s on"
+    count = ceil(TRAINING_SHARE * last.samples)
+    part, rest = cut_log(last, 0, count), cut_log(last, count, last.samples)
+    return (part,), (rest,), f"held out: the last third of {last.path}, from {rest.start:.4g} s on"
+
+
+def cut_log(log: Log, first: int, stop: int) -> Log:
+    """Return a passage of a log without its events, from the sample ``first`` to the one before ``stop``."""
+    if (first, stop) == (0, log.samples):
+        return log
+    begin, end = (log.start + k * log.step for k in (first, stop - 1))
+    return replace(
+        log,
+        name=f"{log.name} from {begin:.4g} s" if first else log.name,
+        voltages=log.voltages[first:stop],
+        angles=log.angles[first:stop],
+        references={axis: values[first:stop] for axis, values in log.references.items()},
+        start=begin,
+        notes=(*log.notes, f"here {begin:g} s to {end:g} s of it ({stop - first} of {log.samples} rows)"),
+        events=(),
+    )
 
 
 def rig_folders(
@@ -160,18 +134,20 @@ def rig_folders(
     return [rig_folder(Path(folder), name, configuration) for folder, name in zip(folders, names, strict=True)]
 
 
-def find_rigs(folder: str | PathLike[str], configuration: str | PathLike[str] | None = None) -> list[Source]:
-    """Find the rigs of a campaign: every sub-folder that holds a log, in the order of their names.
+def find_rigs(
+    folder: str | PathLike[str], configuration: str | PathLike[str] | None = None
+) -> tuple[list[Source], list[str]]:
+    """Find the rigs of a campaign: every sub-folder that holds a log; return them, and the names of other sub-folders.
 
     ConfigurationError if the folder is missing, no sub-folder holds a log, or one holds none to fit to.
     """
     refuse(not Path(folder).is_dir(), f"{folder} is no folder; name one with a sub-folder for each rig.")
-    paths = sorted(Path(folder).resolve().iterdir())  # workers run in another folder
+    paths = [path for path in sorted(Path(folder).resolve().iterdir()) if path.is_dir()]  # workers run in another one
     shared = Path(configuration).resolve() if configuration else None
-    rigs = [rig_folder(path, path.name, shared) for path in paths if path.is_dir() and _list_logs(path)]
+    rigs = [rig_folder(path, path.name, shared) for path in paths if _list_logs(path)]
     endings = " or ".join(ENDINGS)
     refuse(not rigs, f"no sub-folder of {folder} holds a log ({endings}); each rig needs one with its logs.")
-    return rigs
+    return rigs, [path.name for path in paths if not _list_logs(path)]
 
 
 def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = None) -> Source:
@@ -213,43 +189,6 @@ def _read_rig(
     training_logs, held_out_logs, note = split_logs(logs[: len(to_fit)], logs[len(to_fit) :])
     left_out = tuple(f"{path.name} is left out: {error}" for path, error in errors.items())
     return Rig(training_logs, held_out_logs, configuration=configuration, note=note, left_out=left_out)
-
-
-def generate_rigs(generator: str, count: int) -> list[Source]:
-    """Return ``count`` rigs that a generator makes from the seeds 0, 1, ...
-
-    ``generator`` is "module:function"; the function takes one whole number. ConfigurationError if it cannot be
-    imported, or ``count`` is less than 1.
-    """
-    refuse(count < 1, f"rigs = {count} must be at least 1.")
-    import_function(generator)
-    code = source_digest((generator.partition(":")[0],))
-    return [
-        Source(f"seed {seed}", partial(_make_rig, generator, seed), partial(str, f"{generator} {seed} {code}"))
-        for seed in range(count)
-    ]
-
-
-def _make_rig(generator: str, seed: int) -> Rig:
-    rig = import_function(generator)(seed)
-    if not isinstance(rig, Rig):
-        raise ConfigurationError(f"{generator} returned a {type(rig).__name__}, a heli_identifier.tools.Rig is needed.")
-    return rig
-
-
-def import_function(name: str) -> Any:
-    """Import a function by "module:function"; ConfigurationError says why that fails."""
-    module, _, function = name.partition(":")
-    refuse(not (module and function), f"{name!r} must read module:function, for instance my_rigs:make.")
-    try:
-        imported = getattr(import_module(module), function, None)
-    except (Exception, SystemExit) as error:  # whatever the user's own file does
-        raise ConfigurationError(
-            f"{name}: module {module} cannot be imported: {type(error).__name__}: {error}; correct it, or run from the "
-            "folder that holds it."
-        ) from error
-    refuse(not callable(imported), f"{name}: module {module} has no function {function}.")
-    return imported
 
 
 @cache

@@ -34,7 +34,7 @@ from scipy.optimize import minimize
 from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.tools import margins
-from heli_identifier.tools.linearisation import PERIOD, LinearModel, linear_system
+from heli_identifier.tools.linearisation import LinearModel, linear_system
 from heli_identifier.tools.margins import Array
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.effects import AXES
@@ -113,14 +113,9 @@ def weighted_error(model: LinearModel, settings: PidSettings, loop: int) -> floa
 
 
 def design_feedback(
-    model: LinearModel,
-    aim: ControllerConfiguration,
-    other: str,
-    integral: bool,
-    effort: float = 1.0,
-    sampled: bool = True,
+    model: LinearModel, aim: ControllerConfiguration, other: str, integral: bool, effort: float = 1.0
 ) -> FeedbackSettings:
-    """Return the LQR or LQI of a plant at a point with its Kalman filter, sampled or, with a period of 0, continuous.
+    """Return the LQR or LQI of a plant at a point with its Kalman filter.
 
     Rows and columns of the travel are zero if the ``other`` controlled angle is the pitch.
 
@@ -132,26 +127,25 @@ def design_feedback(
     refuse(period > lag, f"{long_period}, so the voltages between two samples are not resolved; take 0.01 s.")
     long_delay = f"the input delay of {plant.input_delay_rotors:.3g} s is {delay} periods of {period:g} s"
     refuse(delay > MOST_DELAY, f"{long_delay}, the unit keeps at most {MOST_DELAY}; take a longer controller.period.")
-    system = linear_system(plant._replace(arm_bending_elevation=0.0), point, period if sampled else None)
+    system = linear_system(plant._replace(arm_bending_elevation=0.0), point, period)
     # without the travel and its rate if the pitch is controlled
     states, angles, controlled = [0, 1, 3, 4, 6, 7], [0, 1], [1, 0]
     if other == "travel":
         states, angles, controlled = [*range(8)], [0, 1, 2], [1, 2]
     A, B, C = system.A[np.ix_(states, states)], system.B[states], system.C[np.ix_(angles, states)]
-    S, n, h = system.C[np.ix_(controlled, states)], len(states), period if sampled else 1.0
+    S, n = system.C[np.ix_(controlled, states)], len(states)
     weights = [w.pitch, w.elevation, w.travel, w.pitch_rate, w.elevation_rate, w.travel_rate, 0.0, 0.0]
-    Q = np.diag([*np.array(weights)[states], *([w.elevation_integral, w.other_integral] if integral else [])]) * h
-    R = np.eye(2) * w.voltage * effort * h
+    Q = np.diag([*np.array(weights)[states], *([w.elevation_integral, w.other_integral] if integral else [])]) * period
+    R = np.eye(2) * w.voltage * effort * period
     intensity = [2.0 * aim.air[axis] ** 2 / AIR_RATE for axis in angles] + [MOTOR_NOISE] * 2
     noise = np.eye(n)[:, [*(states.index(3 + axis) for axis in angles), n - 2, n - 1]]
-    W = np.diag(intensity) * (h if sampled else 1.0 / PERIOD)
+    W = np.diag(intensity) * period
     V, counts = np.eye(len(angles)), C / aim.encoder_noise  # angles in units of their noise: well conditioned
     try:
-        solve, estimate = (control.dlqr, control.dlqe) if sampled else (control.lqr, control.lqe)
-        gains, cost, poles = solve(A, B, Q, R, integral_action=h * S if integral else None)
-        kalman_gain, _, filter_poles = estimate(A, noise, counts, W, V)
+        gains, cost, poles = control.dlqr(A, B, Q, R, integral_action=period * S if integral else None)
+        kalman_gain, _, filter_poles = control.dlqe(A, noise, counts, W, V)
         steady = np.linalg.solve(
-            np.block([[A - (np.eye(n) if sampled else 0.0), B], [S, np.zeros((2, 2))]]),
+            np.block([[A - np.eye(n), B], [S, np.zeros((2, 2))]]),
             np.vstack((np.zeros((n, 2)), np.eye(2))),
         )
     except (ValueError, np.linalg.LinAlgError, control.ControlArgument) as error:
@@ -159,10 +153,8 @@ def design_feedback(
             "the weights and the plant have no stabilising feedback at this point: a mode is not weighted or cannot be "
             f"controlled ({error}); give its angle a weight, or choose a point with more lift."
         ) from error
-    all_poles = [*poles, *filter_poles]
-    stable = np.abs(all_poles).max() < 1.0 if sampled else np.real(all_poles).max() < 0.0
     refuse(
-        not stable or not np.isfinite(gains).all(),
+        not np.abs([*poles, *filter_poles]).max() < 1.0 or not np.isfinite(gains).all(),
         "the design is unstable on its own model: a mode is hardly weighted or hardly controlled; raise the weights of "
         "the angles and of their integrals, or choose a point with more lift.",
     )
@@ -187,7 +179,7 @@ def design_feedback(
         reference=rows(Pair, N),
         point=Angles(point.pitch, point.elevation, 0.0),
         hover=Rotors(point.v_front, point.v_rear),
-        period=period if sampled else 0.0,
+        period=period,
         delay=delay,
         travel_enabled=other == "travel",
         voltage_limit=plant.v_max,

@@ -73,7 +73,7 @@ VALUES = (
     Fault("a stretch that ends before it begins", good, f"{IDENTIFY} --from 8 --to 3", "end = 3 s must come after start = 8 s"),
     Fault("a stretch that never ends", good, f"{IDENTIFY} --to nan", "end = nan s must be finite"),
     Fault("degrees called radians, kept within half a turn", changed(lambda v: v[TRAVEL].__setitem__(slice(None), (57.3 * v[TRAVEL] + 359.0) % 360.0 - 180.0)), IDENTIFY, "travel jumps by -360 rad from the row before when read in rad, which no rig can; correct the value, state its unit"),
-    Fault("a log of 9 s, all of which the filters take to settle", good, f"{IDENTIFY} --to 9", "the estimation begins after 10 s, when the filters have settled, and needs 10.5 s"),
+    Fault("a log of 9 s, too short for an estimate", good, f"{IDENTIFY} --to 9", "log log has 9.01 s without an event; 15 s are needed to estimate parameters"),
     Fault("voltages beyond the limit", changed(lambda v: v[1:3].__imul__(4.0)), IDENTIFY, "beyond the limit of 5 V; the plant saturates at the highest voltage", 0, ("out",)),
     Fault("a log of 2 s", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:200], ""])), IDENTIFY, "2 s of log are shorter than 5 s"),
 )  # fmt: skip

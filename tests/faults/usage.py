@@ -1,7 +1,7 @@
 """Faults of usage: words that do not belong together, misspelt names, values out of their range; of campaigns and fleets."""
 
 from tests.faults.case import Fault
-from tests.faults.material import CHECK, configured, good, nothing, parameters, write
+from tests.faults.material import CHECK, configured, good, nothing, parameters
 
 CONTROL = "heli design-controller parameters.json --plants 20 -o out"
 FOLLOW = "heli follow -p parameters.json -o out"
@@ -51,12 +51,10 @@ OPTIONS = (
     Fault("a command that there is not", good, "heli diagnos log.csv", "No such command 'diagnos'. Did you mean 'diagnose'"),
     Fault("an option that there is not", good, "heli diagnose log.csv --outputs out", "No such option: --outputs"),
     Fault("a fleet of one rig by two names", lambda f: ((f / "a").mkdir(), good(f / "a"), (f / "b").symlink_to("a")), "heli fleet a b -o out", "a is given 2 times"),
-    Fault("a generator that is no function", nothing, "heli campaign --generator os:nothing --rigs 1 -o out", "module os has no function nothing"),
 )  # fmt: skip
 
 CAMPAIGN = "heli campaign rigs -o out"
 FLEET = "heli fleet a b -o out"
-GENERATE = "heli campaign --generator gen:make --rigs 2 -o out"
 
 
 def campaigned(folder):
@@ -80,18 +78,14 @@ CAMPAIGNS = (
     Fault("a campaign of a billion workers", campaigned, f"{CAMPAIGN} --workers 1000000000", "workers = 1000000000 must lie in [1, 1000]"),
     Fault("a scheduler that is none", campaigned, f"{CAMPAIGN} --scheduler nonsense", "no Dask scheduler answers at nonsense"),
     Fault("rigs in a folder that is a link to itself", lambda f: (f / "rigs").symlink_to("rigs"), CAMPAIGN, "rigs is no folder"),
-    Fault("a generator with a mistake in its file", write("def make(:\n", "gen.py"), GENERATE, "module gen cannot be imported: SyntaxError", shell=True),
-    Fault("a generator whose file ends the process", write("import sys\nsys.exit(0)\n", "gen.py"), GENERATE, "module gen cannot be imported: SystemExit", shell=True),
     Fault("a fleet of files", good, "heli fleet log.csv log.csv -o out", "log.csv is no folder; name a folder of logs for each rig."),
     Fault("a fleet of one rig", rigs(), "heli fleet a -o out", "a fleet needs two rigs or more, 1 given"),
     Fault("a rig without a log", rigs(lambda f: (f / "b" / "log.csv").unlink()), FLEET, "holds no log"),
     Fault("a rig whose only log is held out", rigs(lambda f: (f / "b" / "log.csv").rename(f / "b" / "held.csv")), FLEET, "only held.csv"),
     Fault("a fleet of which one rig is left", rigs(lambda f: (f / "a" / "log.csv").write_text("a,b\n1,2\n")), FLEET, "rig a: "),
     Fault("a rig whose heli.toml has a key misspelt", rigs(lambda f: (f / "b" / "heli.toml").write_text("[rig]\nnmae = 'x'\n")), FLEET, "nmae"),
-    Fault("a campaign of nothing", nothing, "heli campaign", "either a folder of rigs or a --generator"),
+    Fault("a campaign of nothing", nothing, "heli campaign", "Missing argument 'FOLDER'"),
     Fault("a campaign in a folder that is missing", nothing, "heli campaign nowhere", "nowhere is no folder"),
-    Fault("a number of rigs for a folder", nothing, "heli campaign rigs --rigs 3", "--rigs 3 is for a --generator"),
-    Fault("a generator without a number of rigs", nothing, "heli campaign --generator json:loads", "--rigs is missing"),
 )  # fmt: skip
 
 SECTIONS = {"Campaigns and fleets": CAMPAIGNS, "Options": OPTIONS}
