@@ -115,14 +115,6 @@ def spread_options(words: Iterable[str]) -> list[str]:
     return spread
 
 
-def refuse_idle(context: typer.Context, why: str, *names: str) -> None:
-    """Refuse the parameters of these ``names`` if they were given: with the other ones they have no effect."""
-    for parameter in context.command.params:
-        source = context.get_parameter_source(str(parameter.name))
-        given = source is not None and source.name == "COMMANDLINE"
-        refuse(given and parameter.name in names, f"{parameter.opts[0]} {why}.")
-
-
 # --- logs and configuration ------------------------------------------------------------------------------------------
 
 

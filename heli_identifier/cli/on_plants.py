@@ -4,11 +4,10 @@ from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
-import typer
-
 from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import flag, option
+from heli_identifier.cli.guard import only_with
 from heli_identifier.cli.terminal import note, print_answer, progress_bar
 from heli_identifier.errors import refuse, require_range
 from heli_plant.control import PidSettings
@@ -18,17 +17,12 @@ from heli_plant.state_feedback import FeedbackSettings
 
 
 def effects(
-    axis: str = option("", "Only effects on this axis: pitch, elevation, travel or rotors.", "AXIS"),
     json: bool = args.JSON,
     verbose: bool = args.VERBOSE,
 ) -> None:
     """List every effect that a model may lack: its law, unit, plausible range and source."""
-    axes = sorted({entry.axis for entry in CATALOGUE})
-    refuse(axis not in ("", *axes), f"no effect acts on the axis {axis!r}, choose one of {', '.join(axes)}.")
     document, rows = [], []
     for effect in CATALOGUE:
-        if axis not in ("", effect.axis):
-            continue
         span = results.typeset(f" {effect.lower:g} to {effect.upper:g}").strip()
         shapes = ", ".join(results.label_with_unit(shape.name, shape.unit) for shape in effect.shapes)
         law, unit = results.law_text(effect.law), results.unit_text(effect.unit)
@@ -43,8 +37,11 @@ def effects(
     print_answer(json, document, [results.Table("Effects", columns, [row[: len(columns)] for row in rows])])
 
 
+@only_with(
+    hover="closed_loop", controller="closed_loop", settings="closed_loop", voltage_limit="not closed_loop",
+    output="not closed_loop",
+)  # fmt: skip
 def design(
-    context: typer.Context,
     separate: tuple[str, str] | None = option(None, "Two effects to separate, each NAME or NAME:AXIS.", "A B"),
     show: str | None = option(None, "One effect to make visible, NAME or NAME:AXIS.", "A"),
     parameters: Path | None = args.PARAMETERS,
@@ -67,12 +64,8 @@ def design(
     require_range("duration", duration, "s", 20.0, 3600.0)
     one_task = [separate is not None, show is not None, closed_loop].count(True) == 1
     refuse(not one_task, "give one of --separate A B, --show A, and --closed-loop.")
-    foreign = not closed_loop and (controller is not None or bool(settings))
-    refuse(foreign, "--controller and --set are the controller's; give them with --closed-loop.")
     no_flight = f"keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad"
     if closed_loop:
-        args.refuse_idle(context, "is that of an open loop; here the plant's voltages saturate", "voltage_limit")
-        refuse(output is not None, "--output writes voltages of an open loop; with --closed-loop there are none.")
         plant = _read_plant(parameters)
         pid = args.read_controller(PidSettings(voltage_limit=plant.v_max), controller, settings)
         limits = tools.Limits(plant.v_max, pitch_limit, elevation_limit)
@@ -83,7 +76,6 @@ def design(
         remarks = [] if controller or settings else [default_gains]
         print_answer(json, results.to_json_value(outlooks), [tools.flight_table(outlooks)], remarks)
         return
-    args.refuse_idle(context, "is the hover of a flight; give it with --closed-loop", "hover")
     entries = tools.find_effects(separate if separate is not None else (show or "",))
     plant, limits = _read_plant(parameters), tools.Limits(voltage_limit, pitch_limit, elevation_limit)
     with progress_bar() as progress:

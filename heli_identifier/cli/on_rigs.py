@@ -13,10 +13,10 @@ from heli_identifier import records, results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, option
-from heli_identifier.cli.guard import FAILED
+from heli_identifier.cli.guard import FAILED, only_with
 from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, print_answer, print_notes, progress_bar, warn
-from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, LogError, refuse
+from heli_identifier.errors import CONFIGURATION_NAME, IdentifierError, LogError, refuse
 
 RIG_FOLDER = (
     "Folder of one rig: its logs, CSV or MATLAB, and its heli.toml if it has one. A log whose name begins with held is "
@@ -24,7 +24,6 @@ RIG_FOLDER = (
 )
 OF_RIGS = "Folder with a sub-folder for each rig, with its logs as for `heli fleet`."
 GENERATOR = "Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER."
-TO_INIT = "Configuration to write (.toml), or a log to look into."
 
 
 def fleet(
@@ -64,6 +63,7 @@ def fleet(
         raise typer.Exit(FAILED)
 
 
+@only_with(generator="rigs", rigs="generator")
 def campaign(
     folder: Path | None = argument(None, OF_RIGS, "FOLDER"),
     output: Path = args.folder("campaign"),
@@ -81,14 +81,11 @@ def campaign(
     config_file = args.configuration_file(config)
     refuse((folder is None) == (generator == ""), "name either a folder of rigs or a --generator.")
     if folder is not None:
-        refuse(rigs is not None, f"--rigs {rigs} is for a --generator; all rigs of a folder are diagnosed.")
         sources = tools.find_rigs(folder, config_file)
-    elif rigs is None:
-        raise ConfigurationError("--rigs is missing: the number of rigs that the generator makes.")
     else:
         # The generator is looked for in this folder as well, as `python -m` does; workers here inherit that.
         sys.path.insert(0, os.getcwd())
-        sources = tools.generate_rigs(generator, rigs)
+        sources = tools.generate_rigs(generator, rigs or 0)
     settings = hi.DiagnosisSettings.from_rig(args.find_configuration(config_file))
     with progress_bar(lines=True) as progress:
         rows = tools.run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
@@ -99,18 +96,16 @@ def campaign(
 
 
 def init(
-    file: Path | None = argument(None, TO_INIT, "FILE|LOG"),
-    output: Path | None = args.to_file("Configuration to write; heli.toml by default."),
+    log: Path | None = argument(None, "Log to look into.", "LOG"),
+    output: Path = option(Path(CONFIGURATION_NAME), "Configuration to write.", "FILE", "--output", "-o"),
 ) -> None:
     """Write a commented configuration: names of columns, units, signs, limits, encoders, motor lag.
 
     With a log it is the configuration that reads this log: columns, units and signs are guessed by their names and by
     physics, each with its reason, to be confirmed.
     """
-    log, to = (file, output) if file and file.suffix != ".toml" else (None, file or output)
-    refuse(output not in (None, to), f"{file} and --output {output} both name the configuration to write; keep one.")
     guess = records.guess(log) if log else None
-    path = records.write_template(to or CONFIGURATION_NAME, guess)
+    path = records.write_template(output, guess)
     if log and guess:
         log_format, reasons, rows = guess.format, guess.reasons, []
         for signal, header in log_format.columns.items():

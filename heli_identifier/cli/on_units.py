@@ -15,6 +15,7 @@ from fmu_src import master
 from heli_identifier import records, results
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import argument, flag, option
+from heli_identifier.cli.guard import only_with
 from heli_identifier.cli.terminal import note, print_answer, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.files import write_atomically
@@ -23,6 +24,7 @@ TO_BUILD = "Units to build; all if none is named."
 RUNS = "With --native: N more runs, the plant's parameters drawn by the standard errors of --parameters."
 
 
+@only_with(fmi="native", all_platforms="native", model_exchange="native")
 def build(
     units: list[str] = argument([], TO_BUILD, "UNIT", autocompletion=lambda: list(fmu_src.UNITS)),
     output: Path = args.folder("build"),
@@ -40,9 +42,6 @@ def build(
     """
     from fmu_src.native import NATIVE_UNITS
 
-    native_options = {"--all-platforms": all_platforms, "--model-exchange": model_exchange, f"--fmi {fmi}": fmi != 2}
-    for name, given in native_options.items():
-        refuse(given and not native, f"{name} belongs to native units; add --native.")
     names = units or list(NATIVE_UNITS if native else fmu_src.UNITS)
     sets = args.read_parameters_by_unit(parameters, names, f"which is not among {', '.join(names)}")
     several = bool(settings) and len(names) != 1
@@ -89,8 +88,8 @@ def ssp(
     typer.echo(_with_size(path))
 
 
+@only_with(runs="native", seed="runs")
 def simulate(
-    context: typer.Context,
     scenario: str = args.scenario_name("open_loop"),
     duration: float | None = option(None, "Length; by default the log's, or 60 s.", "SECONDS", "--duration", "-d"),
     step: float | None = option(None, "Communication step; by default the log's, or 0.01 s.", "SECONDS"),
@@ -113,9 +112,6 @@ def simulate(
     """Run units wired together, and print or draw what they did."""
     no_svg = plot is not None and plot.suffix.lower() != ".svg"
     refuse(no_svg, f"--plot {plot} must end in .svg; a browser prints that as PDF.")
-    refuse(runs is not None and not native, "--runs needs units in C; add --native.")
-    if runs is None:
-        args.refuse_idle(context, "is that of the draws of --runs", "seed")
     files = args.parse_assignments(fmu, "--fmu", "UNIT=FILE, as plant=result/HelicopterPlant.fmu")
     values = args.scenario_values(scenario, controller, ())
     values |= args.scenario_values(scenario, parameters, settings, files)
