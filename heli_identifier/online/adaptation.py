@@ -33,9 +33,9 @@ Soderstrom, Theory and Practice of Recursive Identification, 1983, section 5.6),
 
     alpha_0(t) = A/tau exp(-t/tau),    share kept over samples n .. m: exp(-A (exp(-n h/tau) - exp(-m h/tau)))
 
-**An axis** of the identifier has the adaptation of its regression, standard errors and the excitation level. The
-adaptation takes every sample. The moments take means of z = (phi, y) over some twenty samples: s^2 F passes the encoder
-noise, which one sample in twenty would alias.
+**An axis** of the identifier has the adaptation of its regression, which takes every sample, and standard errors from
+moments, which take means of z = (phi, y) over some twenty samples: s^2 F passes the encoder noise, which one sample in
+twenty would alias.
 
 Sources: the paper, eq. (7); Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, ch. V;
 Slotine and Li, Applied Nonlinear Control, 1991, section 8.7.5 (bounded-gain forgetting).
@@ -47,7 +47,7 @@ from operator import add
 from typing import NamedTuple
 
 from .linear_algebra import hypotenuse, outer, unit_vector
-from .moments import Moments, add_products, excitation_level, initial_moments, standard_errors, weighted_blocks
+from .moments import Moments, add_products, initial_moments, standard_errors, weighted_blocks
 from .settings import AxisPlan, Plan
 
 _RESTORING_SHARE = 0.01  # share of the information that is forgotten before it is restored: overshoot over Gamma_max
@@ -176,7 +176,6 @@ class AxisState(NamedTuple):
     sums: tuple[float, ...]  # of z, or of z z^T with prediction errors, since the last update of the moments
     moments: Moments
     standard_errors: tuple[float, ...]  # of the reported parameters at the last evaluation
-    excitation: float  # level [1] at the last evaluation
 
 
 def initial_axis(axis_plan: AxisPlan, plan: Plan) -> AxisState:
@@ -185,29 +184,27 @@ def initial_axis(axis_plan: AxisPlan, plan: Plan) -> AxisState:
     sums = (0.0,) * (size * (size + 1) // 2 if plan.predicting else size)
     errors = (sqrt(plan.settings.initial_gain),) * axis_plan.reported
     factor = tuple(initial_factor(axis_plan.prior))
-    return AxisState(factor, axis_plan.first, 0.0, sums, initial_moments(size), errors, 0.0)
+    return AxisState(factor, axis_plan.first, 0.0, sums, initial_moments(size), errors)
 
 
 def adapt_axis(axis: AxisState, z: tuple[float, ...], count: int, plan: Plan) -> AxisState:
     """Return ``axis`` after one step of (7) on ``z`` = (phi, y); ``count`` numbers the steps."""
-    old_factor, old_omega, _, sums, moments, errors, excitation = axis
+    old_factor, old_omega, _, sums, moments, errors = axis
     factor, omega, settings = list(old_factor), list(old_omega), plan.settings
     sigma = adapt(factor, omega, z, z[-1], count, settings.forgetting, plan.sample_time, settings.gain_limit)
     sums = tuple(map(add, sums, z))
-    return AxisState(tuple(factor), tuple(omega), sigma, sums, moments, errors, excitation)
+    return AxisState(tuple(factor), tuple(omega), sigma, sums, moments, errors)
 
 
 def update_moments(axis: AxisState, count: int, plan: Plan) -> AxisState:
     """Return ``axis`` with the mean over the samples since the last update, up to number ``count``, in its moments."""
-    share, settings, weight = 1.0 / plan.moment_samples, plan.settings, 1.0
+    share, weight = 1.0 / plan.moment_samples, 1.0
     mean = [share * x for x in axis.sums]
     if plan.predicting:
         products, weight = mean, 1.0 / kept_information(count, count + 1, plan.sample_time)
     else:
         products = outer(mean)
-    moments = add_products(
-        axis.moments, products, weight, plan.moment_interval, settings.forgetting, settings.excitation_window
-    )
+    moments = add_products(axis.moments, products, weight, plan.moment_interval, plan.settings.forgetting)
     return axis._replace(sums=(0.0,) * len(mean), moments=moments)
 
 
@@ -238,7 +235,7 @@ def combinations(which: int, axis: AxisState, plan: Plan) -> tuple[tuple[float, 
 
 
 def evaluate_axis(axis: AxisState, combinations: tuple[tuple[float, ...], ...], count: int, plan: Plan) -> AxisState:
-    """Return ``axis`` with the standard errors of ``combinations`` of Omega without nu, and the excitation."""
+    """Return ``axis`` with the standard errors of ``combinations`` of Omega without nu."""
     moments, omega, interval, whitened = axis.moments, axis.omega, plan.moment_interval, plan.predicting
     n, reported = len(omega), len(combinations[0])
     rows = tuple([(*row, *([0.0] * (n - reported))) for row in combinations])
@@ -246,7 +243,4 @@ def evaluate_axis(axis: AxisState, combinations: tuple[tuple[float, ...], ...], 
     retained = kept_information(samples - 1, samples, plan.sample_time) if whitened else 1.0
     weights, blocks = weighted_blocks(moments, plan.settings.forgetting, interval, retained)
     gain = gain_matrix(axis.factor, n)
-    return axis._replace(
-        standard_errors=standard_errors(weights, blocks, gain, omega, rows, interval, whitened),
-        excitation=excitation_level(moments.window, n + 1, reported),
-    )
+    return axis._replace(standard_errors=standard_errors(weights, blocks, gain, omega, rows, interval, whitened))

@@ -88,7 +88,7 @@ def predict_axis(
     c, by_rate, by_angle = plan.angle_slopes
     # unpacked once: the interpreter reads a local ten times faster than a named tuple's field
     old_memory, old_noise, w, outside, instruments = p
-    old_factor, old_omega, _, sums, moments, errors, excitation = axis
+    old_factor, old_omega, _, sums, moments, errors = axis
     memory, v = whiten(old_memory, z, w)
     factor, omega = list(old_factor), list(old_omega)
     regressand = e = v[-1]
@@ -125,7 +125,7 @@ def predict_axis(
         w = whitening(omega[n], omega[n + 1], plan.filter, h)
 
     sums = tuple(map(add, sums, outer(scaled)))
-    axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors, excitation)
+    axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors)
     stride = product_interval(h)
     if (count + n) % stride == 0:  # n differs between axes, so that they do this in different samples
         outside = update_outside(outside, scaled[:n], kept_information(count, stride, h, alpha), stride * h)

@@ -103,8 +103,7 @@ class IdentifierSettings:
     rest_angle: float | None = None  # theta0 [rad] if it is known; None to estimate it
     motor_time_constant: float = 0.08  # T_m [s]
     voltage_limit: float = 5.0  # saturation of both voltages [V]
-    excitation_window: float = 20.0  # time constant of the excitation level [s]
-    report_interval: float = 5.0  # between two evaluations of standard errors and levels [s]
+    report_interval: float = 5.0  # between two evaluations of standard errors [s]
     initial: ModelParameters = ModelParameters()  # Omega(0); theta0 if it is estimated
     method: str = ADAPTATION  # the paper's, or prediction_error, which stays right in closed loop
     lag_known: bool = False  # if not, prediction errors estimate the lag as well, from motor_time_constant on
@@ -126,7 +125,6 @@ class IdentifierSettings:
         require_range("motor.time_constant", self.motor_time_constant, "s", lower=0.0)
         if self.voltage_limit != inf:
             require_positive("motor.voltage_limit", self.voltage_limit, "V")
-        require_positive("excitation.window", self.excitation_window, "s")
         require_range("report_interval", self.report_interval, "s", lower=self.sample_time)
         for name, value in zip(ModelParameters._fields, self.initial, strict=True):
             require_range(f"initial.{name}", value, "(SI)")
