@@ -42,17 +42,13 @@ Slotine and Li, Applied Nonlinear Control, 1991, section 8.7.5 (bounded-gain for
 """
 
 from collections.abc import Sequence
-from math import exp, expm1, inf, sqrt
+from math import exp, inf, sqrt
 from operator import add
 from typing import NamedTuple
 
 from .linear_algebra import hypotenuse, outer, unit_vector
 from .moments import Moments, add_products, initial_moments, standard_errors, weighted_blocks
 from .settings import AxisPlan, Plan
-
-_RESTORING_SHARE = 0.01  # share of the information that is forgotten before it is restored: overshoot over Gamma_max
-_LONGEST_RESTORING_INTERVAL = 1000  # in steps
-_SHORTEST_RESTORING_INTERVAL = 5  # in steps: one for each of five parameters
 
 
 def initial_factor(variances: Sequence[float]) -> list[float]:
@@ -109,32 +105,6 @@ def take_measurement(
     return sigma, s
 
 
-def measurement_noise(alpha: float, h: float) -> float:
-    """Return r [1/s] for forgetting ``alpha`` [1/s] and the period ``h`` [s]."""
-    # r = beta / w = alpha / (exp(alpha h) - 1); expm1 keeps it exact for small alpha h.
-    return alpha / expm1(alpha * h) if alpha > 0.0 else 1.0 / h
-
-
-def adapt(
-    factor: list[float], omega: list[float], phi: Sequence[float], y: float, count: int, alpha: float, h: float,
-    limit: float,
-) -> float:  # fmt: skip
-    """Advance (7) by a sampling period ``h`` [s], in place; return the previous sigma. ``limit`` is Gamma_max.
-
-    ``count`` numbers the steps from 0; it determines the unit vector, if any, whose information is restored.
-    """
-    n = len(omega)
-    sigma, _ = take_measurement(factor, omega, phi, y, measurement_noise(alpha, h), exp(-alpha * h))
-    if alpha == 0.0 or limit == inf:
-        return sigma
-    interval = round(_RESTORING_SHARE / (alpha * h))
-    interval = min(max(interval, _SHORTEST_RESTORING_INTERVAL), _LONGEST_RESTORING_INTERVAL)
-    index = count % interval
-    if index < n:
-        take_measurement(factor, omega, unit_vector(index, n), omega[index], -limit / expm1(-alpha * h * interval), 1.0)
-    return sigma
-
-
 def increase_variance(factor: list[float], index: int, variance: float) -> None:
     """Add ``variance`` to the diagonal element ``index`` of Gamma, in place, because the parameter may have changed.
 
@@ -188,10 +158,15 @@ def initial_axis(axis_plan: AxisPlan, plan: Plan) -> AxisState:
 
 
 def adapt_axis(axis: AxisState, z: tuple[float, ...], count: int, plan: Plan) -> AxisState:
-    """Return ``axis`` after one step of (7) on ``z`` = (phi, y); ``count`` numbers the steps."""
+    """Return ``axis`` after one step of (7) on ``z`` = (phi, y).
+
+    ``count`` numbers the steps from 0; it determines the unit vector, if any, whose information is restored.
+    """
     old_factor, old_omega, _, sums, moments, errors = axis
-    factor, omega, settings = list(old_factor), list(old_omega), plan.settings
-    sigma = adapt(factor, omega, z, z[-1], count, settings.forgetting, plan.sample_time, settings.gain_limit)
+    factor, omega, index = list(old_factor), list(old_omega), count % plan.restoring_samples
+    sigma, _ = take_measurement(factor, omega, z, z[-1], plan.noise, plan.kept)
+    if index < len(omega) and plan.restoring_noise < inf:
+        take_measurement(factor, omega, unit_vector(index, len(omega)), omega[index], plan.restoring_noise, 1.0)
     sums = tuple(map(add, sums, z))
     return AxisState(tuple(factor), tuple(omega), sigma, sums, moments, errors)
 

@@ -131,7 +131,7 @@ def step(
     z_1, z_2, z_3 = regressions(signals, lag, settings.rest_angle, f)
     count, new_references = samples // decimation - plan.hold_samples, state.references
     if count >= 0 and plan.predicting:
-        new_references = advance_references(new_references, references, count, h)
+        new_references = advance_references(new_references, references, count, plan.product_samples, h)
     front, rear = signals.voltages
     b: tuple[float, ...] = state.references.b if new_references.moved else ()
     pitch_axis, elevation_axis, travel_axis = state.axes
