@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from math import floor, pi
+from math import floor
 from pathlib import Path
 from typing import Any
 
@@ -130,11 +130,11 @@ def simulate(
         result.write_csv(output)
     if plot is not None:
         write_atomically(plot, results.figure_file(results.run_figure(result, recorded)))
-    _print_run(result, recorded, json, verbose)
+    _print_run(result, json, verbose)
 
 
-def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) -> None:
-    """Print figures of every output, for many runs the range of 95 % of them, and the plant's error against a log."""
+def _print_run(result: Any, json: bool, everything: bool) -> None:
+    """Print figures of every output, for many runs the range of 95 % of them."""
     values, bands, end = result.values, result.bands, f"{result.time[-1]:g} s"
     if bands is not None:
         title = f"{bands.runs} runs of {end}; 95 % of them lie between low and high"
@@ -155,31 +155,8 @@ def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) 
         document = {"runs": bands.runs, "refused": len(bands.refused), "outputs": outputs}
         if refused := bands.refused:
             warn(f"{len(refused)} of {bands.runs + len(refused)} runs were refused; first: {refused[0]}")
-    elif log is not None and (errors := _errors_against(result, log)):
-        for output in (output for output in outputs if output["name"] in errors):
-            output["rms_error"] = errors[output["name"]]
-        error_text = ", ".join(
-            f"{name.removeprefix('plant.')} {results.to_digits(1e3 * value)} mrad"
-            + (" (it runs away)" if value > pi else "")
-            for name, value in errors.items()
-        )
-        if not json:
-            typer.echo(f"RMS error of the plant against {log.path}: {error_text}")
     heads = ("output", *(name.removeprefix("last_") for name in figures), "unit")
     print_answer(json, document, [results.Table(title, heads, rows)])
-
-
-def _errors_against(result: Any, log: "hi.Log") -> dict[str, float]:
-    """Return root-mean-square errors [rad] of the plant's angles against a log, interpolated by straight lines."""
-    import numpy as np
-
-    names = [f"plant.{axis}" for axis in fmu_src.AXES]
-    if not set(names) <= set(result.names):
-        return {}
-    within = result.time <= log.time[-1] + 1e-9 * log.step
-    measured = np.column_stack([np.interp(result.time[within], log.time, column) for column in log.angles.T])
-    errors = result.columns(*names)[within] - measured
-    return dict(zip(names, np.sqrt((errors**2).mean(axis=0)).tolist(), strict=True))
 
 
 @contextmanager

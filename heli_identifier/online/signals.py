@@ -38,7 +38,7 @@ and is used as a constant over the period; for the elevation, times the mean of 
 from math import cos, exp, sin
 from typing import NamedTuple
 
-from heli_plant.motor import decay_factor, lag_voltage, saturate
+from heli_plant.motor import approach, decay_factor, saturate
 
 from .state_filter import FilterCoefficients, Pair, filter_lagged, filter_line, second_derivative
 
@@ -90,11 +90,11 @@ def advance_signals(s: Signals, now: Sample, h: float, lag: float, limit: float,
     ) = s  # fmt: skip
     pitch_0, elevation_0, travel_0 = angles
     sine_0, cosine_0, sine, cosine = sin(pitch_0), cos(pitch_0), sin(pitch), cos(pitch)
-    total, lagged_total = front + rear, nu_front + nu_rear
+    total, lagged_total, decay = front + rear, nu_front + nu_rear, decay_factor(h, lag)
     rate_product = (pitch - pitch_0) * (travel - travel_0) / (h * h)
     return Signals(
         (saturate(v_front, limit), saturate(v_rear, limit)),
-        (lag_voltage(nu_front, front, h, lag), lag_voltage(nu_rear, rear, h, lag)),
+        (approach(nu_front, front, decay), approach(nu_rear, rear, decay)),
         (pitch, elevation, travel),
         angles,
         angles_1,
