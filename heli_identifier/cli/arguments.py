@@ -56,7 +56,6 @@ SETTING = "A parameter by its structured name; may be repeated."
 SETTINGS = option([], SETTING, "NAME=VALUE", "--set", "-s", show_default=False)
 PARAMETERS = option(None, "parameters.json of a diagnosis, for the unit it names.", "FILE", "--parameters", "-p")
 PLANT_FILE = Path("parameters.json")
-PERIOD = option(None, "Sampling period; heli.toml's or 0.01.", "SECONDS")
 PLANT = argument(PLANT_FILE, "parameters.json of a diagnosis or identification.", "FILE")
 USUAL = "A datagram's doubles by name in their order, or json; by default"
 LAYOUT = option(None, f"{USUAL} 'sequence time v_front v_rear pitch elevation travel'.", "NAMES")

@@ -1,6 +1,5 @@
 """Commands on a plant: effects, design, linearise, design-controller."""
 
-from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 
@@ -106,7 +105,6 @@ def linearise(
     parameters: Path = args.PLANT,
     pitch: float = option(0.0, "Pitch of the operating point.", "RAD"),
     elevation: float = option(0.0, "Elevation of the operating point.", "RAD"),
-    period: float | None = args.PERIOD,
     config: Path | None = args.CONFIG,
     output: Path = args.folder("control"),
     json: bool = args.JSON,
@@ -121,7 +119,6 @@ def linearise(
     from scipy.io import savemat
 
     aim = args.find_configuration(config).controller
-    aim = aim if period is None else replace(aim, period=period)
     with results.write_whole_folder(output, OF_CONTROLLER) as draft:
         given = args.read_parameters_and_warn(parameters)
         with progress_bar() as progress:
@@ -144,7 +141,6 @@ def design_controller(
     axis: str = option("travel", "Angle controlled beside the elevation: pitch or travel.", "AXIS"),
     elevation: float = option(0.1, "Elevation of the operating point.", "RAD"),
     pitch: float = option(0.0, "Pitch of the operating point, with --axis pitch.", "RAD"),
-    period: float | None = args.PERIOD,
     plants: int = option(1000, "Plants over which the designs are judged.", "N"),
     init: Path | None = option(None, "The course's script with masses and lengths, to compare with.", "FILE.m"),
     config: Path | None = args.CONFIG,
@@ -160,11 +156,12 @@ def design_controller(
 
     require_range("plants", plants, "1", 20, 20_000)
     configuration = args.find_configuration(config)
-    aim = configuration.controller if period is None else replace(configuration.controller, period=period)
     with results.write_whole_folder(output, OF_CONTROLLER) as draft:
         given = args.read_parameters_and_warn(parameters)
         with progress_bar() as progress:
-            result = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)
+            result = tools.design_controller(
+                given, kind, axis, elevation, pitch, configuration.controller, plants, progress
+            )
         document = result.document()
         model, course, name = result.plants.model, tools.course_values(init), init.name if init else None
         files = {
