@@ -2,21 +2,16 @@
 
     Omega' = Gamma phi sigma,    Gamma' = alpha Gamma - Gamma phi phi^T Gamma,    sigma = y - phi^T Omega       (7)
 
-Gamma^-1 obeys the linear equation (Gamma^-1)' = -alpha Gamma^-1 + phi phi^T. Over one sampling period, with phi and y
-at its end, its solution is
-
-    Gamma_k^-1 = beta Gamma_(k-1)^-1 + w phi phi^T,    beta = exp(-alpha h),    w = (1 - beta)/alpha  (h if alpha = 0)
-
-so that (7) becomes recursive least squares with the forgetting factor beta and the measurement variance r = beta / w:
+Over one sampling period, with phi and y at its end, it is recursive least squares with the forgetting factor
+beta = exp(-alpha h) and the measurement variance r = beta alpha / (1 - beta), which is 1/h for alpha = 0:
 
     s     = r + phi^T Gamma phi
     Omega = Omega + Gamma phi (y - phi^T Omega) / s
     Gamma = (Gamma - Gamma phi phi^T Gamma / s) / beta
 
-Gamma has the same meaning and unit as in (7), for which Euler's method diverges once h phi^T Gamma phi exceeds 2. It is
-stored as U D U^T, U unit upper triangular, and updated by Bierman's algorithm: D, and so Gamma, stays positive in
-floating point. The factor is one flat list, column by column, D_j after the j elements of U above it: [D_0, U_01, D_1,
-...].
+Gamma is stored as U D U^T, U unit upper triangular, and updated by Bierman's algorithm: D, and so Gamma, stays positive
+in floating point. The factor is one flat list, column by column, D_j after the j elements of U above it: [D_0, U_01,
+D_1, ...].
 
 **Bounded gain.** Without excitation (7) lets Gamma grow as exp(alpha t). Here forgetting decreases in each direction as
 Gamma approaches a limit. It is the exact step of

@@ -6,7 +6,7 @@ its footnote on thrust asymmetry; eq. (1); LAAS report 18040.
 """
 
 # ruff: noqa: F401 - this is the door
-from . import friction, rotors, thrust, arm  # noqa: I001 - this order is that of the parameters
+from . import friction, rotors, arm  # noqa: I001 - this order is that of the parameters
 from .definition import (
     ACCELERATION,
     AXES,
