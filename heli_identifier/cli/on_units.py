@@ -21,7 +21,7 @@ from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.files import write_atomically
 
 TO_BUILD = "Units to build; all if none is named."
-RUNS = "With --native: N more runs, the plant's parameters drawn by the standard errors of --parameters."
+RUNS = "N more runs, of units in C, the plant's parameters drawn by the standard errors of --parameters."
 
 
 @only_with(fmi="native", all_platforms="native", model_exchange="native")
@@ -88,7 +88,7 @@ def ssp(
     typer.echo(_with_size(path))
 
 
-@only_with(runs="native", seed="runs")
+@only_with(runs="parameters", seed="runs")
 def simulate(
     scenario: str = args.scenario_name("open_loop"),
     duration: float | None = option(None, "Length; by default the log's, or 60 s.", "SECONDS", "--duration", "-d"),
@@ -123,7 +123,7 @@ def simulate(
             if recorded and 0.0 < step <= duration:  # the master refuses another step with its bounds
                 duration = floor(duration / step + 1e-6) * step
         more: dict[str, Any] = {"progress": not json and sys.stderr.isatty(), "native": native}
-        if runs is not None:
+        if runs is not None and parameters is not None:
             more = _variations(scenario, parameters, args.parse_assignments(settings), runs, seed)
         result = master.run_apart(scenario, duration, step, {**played, **values}, files, **more)
     if output is not None:
@@ -179,14 +179,8 @@ def _play_log(
         yield log, {name: value for name, value in values.items() if name.partition(".")[0] in units}
 
 
-def _variations(
-    scenario: str, file: Path | None, given: Mapping[str, Any], count: int, seed: int
-) -> dict[str, list[Any]]:
+def _variations(scenario: str, file: Path, given: Mapping[str, Any], count: int, seed: int) -> dict[str, list[Any]]:
     """Draw the plants' parameters that were not ``given`` by their standard errors; record the plants' outputs."""
-    if file is None:
-        raise ConfigurationError(
-            "--runs varies parameters by their standard errors; name the parameters.json of a diagnosis: --parameters."
-        )
     plants = [name for name, unit in fmu_src.scenario(scenario).units if unit == results.PLANT]
     refuse(not plants, f"--runs varies the {results.PLANT}, which scenario {scenario} does not have.")
     parameters = hi.read_parameters(file)

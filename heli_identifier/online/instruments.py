@@ -89,7 +89,7 @@ def update_instruments(
     """Return ``i`` after a sample; ``b`` was held over ``stride`` samples, which is 0 if no products are due."""
     signal_sums = tuple(map(add, i.signal_sums, (*psi, y)))
     if stride == 0:
-        return i._replace(signal_sums=signal_sums)
+        return Instruments(signal_sums, *i[1:])
     mean = [x / stride for x in signal_sums]
     z = [dot(column, b) for column in i.first_stage]
     return i._replace(

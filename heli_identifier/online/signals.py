@@ -148,17 +148,14 @@ def follow_lag(state: LagState, estimate: float, standard_error: float, h: float
 def advance_lag(state: LagState, before: Signals, now: Signals, h: float, f: FilterCoefficients) -> LagState:
     """Return the state at the sample of ``now``; ``before`` are the signals one sample earlier."""
     (v_front, v_rear), (nu_front, nu_rear) = before.voltages, before.lagged
-    front = v_front + (state.front - v_front) * state.share + (nu_front - v_front) * state.ramp
-    rear = v_rear + (state.rear - v_rear) * state.share + (nu_rear - v_rear) * state.ramp
-    slope_front, slope_rear = (front - state.front) / h, (rear - state.rear) / h
+    old_front, old_rear, difference_f, lift_f, share, ramp = state
+    front = v_front + (old_front - v_front) * share + (nu_front - v_front) * ramp
+    rear = v_rear + (old_rear - v_rear) * share + (nu_rear - v_rear) * ramp
+    slope_front, slope_rear = (front - old_front) / h, (rear - old_rear) / h
     difference = slope_front - slope_rear
     lift = (slope_front + slope_rear) * (0.5 * (cos(before.angles[0]) + cos(now.angles[0])))
-    return state._replace(
-        front=front,
-        rear=rear,
-        difference_f=filter_line(state.difference_f, difference, difference, f),
-        lift_f=filter_line(state.lift_f, lift, lift, f),
-    )
+    difference_f, lift_f = filter_line(difference_f, difference, difference, f), filter_line(lift_f, lift, lift, f)
+    return LagState(front, rear, difference_f, lift_f, share, ramp)
 
 
 Regressions = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]
