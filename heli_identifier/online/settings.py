@@ -31,6 +31,12 @@ OFFSETS = (("rad", 0.05), ("rad/s^2", 0.1))
 DETERMINED = 0.1
 """Largest half width of the 95 % interval of a determined value, as a share of the value."""
 
+CONTRADICTION = 2.5
+"""Number of standard errors from which a second estimate excludes one: by chance in less than one of 80 cases."""
+
+GAINS = "k_x", "k_z", "k_y"
+"""Gains of pitch, elevation and travel."""
+
 
 def is_determined(value: float, standard_error: float, unit: str) -> bool:
     """Return whether half a parameter's 95 % interval is at most a tenth of it, or, for offsets, in :data:`OFFSETS`."""
