@@ -1,5 +1,6 @@
 """Commands on a plant: effects, design, linearise, design-controller."""
 
+from dataclasses import asdict
 from io import BytesIO
 from pathlib import Path
 
@@ -22,16 +23,12 @@ def effects(
     """List every effect that a model may lack: its law, unit, plausible range and source."""
     document, rows = [], []
     for effect in CATALOGUE:
+        entry = asdict(effect) | {"parameter": f"effects.{effect.name}.{effect.axis}"}
+        document.append({name: value for name, value in entry.items() if name != "function"})
         span = results.typeset(f" {effect.lower:g} to {effect.upper:g}").strip()
         shapes = ", ".join(results.label_with_unit(shape.name, shape.unit) for shape in effect.shapes)
         law, unit = results.law_text(effect.law), results.unit_text(effect.unit)
         rows.append((effect.name, effect.axis, law, unit, span, shapes, effect.source))
-        shape_entries = [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in effect.shapes]
-        parameter, plausible = f"effects.{effect.name}.{effect.axis}", [effect.lower, effect.upper]
-        entry = {"name": effect.name, "axis": effect.axis, "parameter": parameter, "law": effect.law}
-        document.append(
-            entry | {"unit": effect.unit, "range": plausible, "source": effect.source, "shapes": shape_entries}
-        )
     columns = ("effect", "axis", "law", "unit of c", "range of c", "shapes", "source")[: None if verbose else 5]
     print_answer(json, document, [results.Table("Effects", columns, [row[: len(columns)] for row in rows])])
 
