@@ -46,14 +46,12 @@ def to_file(text: str) -> Any:
 
 
 LOGS = argument(..., "Measured logs, CSV or MATLAB, 50 Hz to 2 kHz, all of one rig.", "LOG")
-OF_RIG = "Configuration of the rig, written by `heli init`; heli.toml of this folder by default."
-CONFIG = option(None, OF_RIG, "FILE", "--config", "-c")
+CONFIG = option(None, "Configuration of the rig; by default heli.toml of this folder.", "FILE", "--config", "-c")
 FROM = option(None, "First instant used, in the log's own time.", "SECONDS", "--from")
 TO = option(None, "Last instant used, in the log's own time.", "SECONDS", "--to")
 JSON = flag("Print the result as JSON, and nothing else, on standard output.", "--json")
 VERBOSE = flag("Print more: intervals, reasons, what was tried.", "--verbose", "-v")
-SETTING = "A parameter by its structured name; may be repeated."
-SETTINGS = option([], SETTING, "NAME=VALUE", "--set", "-s", show_default=False)
+SETTINGS = option([], "A parameter by its name; repeatable.", "NAME=VALUE", "--set", "-s", show_default=False)
 PARAMETERS = option(None, "parameters.json of a diagnosis, for the unit it names.", "FILE", "--parameters", "-p")
 PLANT_FILE = Path("parameters.json")
 PLANT = argument(PLANT_FILE, "parameters.json of a diagnosis or identification.", "FILE")

@@ -17,9 +17,6 @@ from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.files import write_atomically
 
 HELD_OUT = "Held-out logs; by default the last log, or the last third of a single one."
-METHOD = "adaptation or prediction_error; by default the one that suits the logs."
-FLOWN = "controller.json of what flew; by default controller.pid of heli.toml."
-PREDICTED = "Log on which both plants are to predict; may be repeated."
 
 
 def diagnose(
@@ -100,7 +97,7 @@ def identify(
     logs: list[Path] = args.LOGS,
     output: Path = args.folder("identification"),
     filter_frequency: float = option(1.0, "Bandwidth of the state filters.", "RAD/S"),
-    method: str | None = option(None, METHOD, "NAME"),
+    method: str | None = option(None, "adaptation or prediction_error; by default what suits the logs.", "NAME"),
     start: float | None = args.FROM,
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,
@@ -129,7 +126,7 @@ def check(
     parameters: Path = option(args.PLANT_FILE, "parameters.json of a diagnosis.", "FILE", "--parameters", "-p"),
     factor: float = option(1.3, "Error allowed, as a multiple of the expected one.", "FACTOR"),
     junit: Path | None = option(None, "Write the outcome as JUnit XML.", "FILE"),
-    controller: Path | None = option(None, FLOWN, "FILE"),
+    controller: Path | None = option(None, "controller.json of what flew; else controller.pid of heli.toml.", "FILE"),
     limit: float | None = option(None, "Hold the closed loop's error over 3 s of every followed axis to this.", "MRAD"),
     start: float | None = args.FROM,
     end: float | None = args.TO,
@@ -167,7 +164,7 @@ def check(
 def compare(
     first: Path = argument(..., "Folder that `heli diagnose` wrote.", "FIRST"),
     second: Path = argument(..., "Another one, of this rig or of another.", "SECOND"),
-    log: list[Path] = option([], PREDICTED, "LOG", show_default=False),
+    log: list[Path] = option([], "Log on which both plants are to predict; repeatable.", "LOG", show_default=False),
     start: float | None = args.FROM,
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,

@@ -18,12 +18,7 @@ from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, print_answer, print_notes, progress_bar, warn
 from heli_identifier.errors import CONFIGURATION_NAME, IdentifierError, LogError, refuse
 
-RIG_FOLDER = (
-    "Folder of one rig: its logs, CSV or MATLAB, and its heli.toml if it has one. A log whose name begins with held is "
-    "held out, else the last one."
-)
-OF_RIGS = "Folder with a sub-folder for each rig, with its logs as for `heli fleet`."
-GENERATOR = "Function that makes a heli_identifier.tools.Rig of a seed, in place of FOLDER."
+RIG_FOLDER = "Folder of one rig: logs, heli.toml. A log whose name begins with held is held out, else the last one."
 
 
 def fleet(
@@ -65,9 +60,9 @@ def fleet(
 
 @only_with(generator="rigs", rigs="generator")
 def campaign(
-    folder: Path | None = argument(None, OF_RIGS, "FOLDER"),
+    folder: Path | None = argument(None, "Folder with a sub-folder of logs for each rig, as `heli fleet`.", "FOLDER"),
     output: Path = args.folder("campaign"),
-    generator: str = option("", GENERATOR, "MODULE:FUNCTION"),
+    generator: str = option("", "Function that makes a heli_identifier.tools.Rig of a seed.", "MODULE:FUNCTION"),
     rigs: int | None = option(None, "Rigs that the generator makes.", "N"),
     workers: int | None = option(None, "Processes on this machine; one per core by default.", "N"),
     scheduler: str | None = option(None, "Dask scheduler of a cluster of machines, tcp://host:8786.", "ADDRESS"),
