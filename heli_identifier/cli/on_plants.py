@@ -6,7 +6,7 @@ from pathlib import Path
 
 from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
-from heli_identifier.cli.arguments import flag, option
+from heli_identifier.cli.arguments import argument, flag, option
 from heli_identifier.cli.guard import only_with
 from heli_identifier.cli.terminal import note, print_answer, progress_bar
 from heli_identifier.errors import refuse, require_range
@@ -38,8 +38,7 @@ def effects(
     output="not closed_loop",
 )  # fmt: skip
 def design(
-    separate: tuple[str, str] | None = option(None, "Two effects to separate, each NAME or NAME:AXIS.", "A B"),
-    show: str | None = option(None, "One effect to make visible, NAME or NAME:AXIS.", "A"),
+    named: list[str] = argument([], "One effect to show, or two to separate, each NAME or NAME:AXIS.", "EFFECT"),
     parameters: Path | None = args.PARAMETERS,
     duration: float = option(90.0, "Length of the experiment, 20 to 3600.", "SECONDS"),
     pitch_limit: float = option(1.2, "Largest pitch either way.", "RAD"),
@@ -58,8 +57,8 @@ def design(
     the controller come from --controller, as `heli linearise` writes it, or --set, as --set pitch.proportional=6.
     """
     require_range("duration", duration, "s", 20.0, 3600.0)
-    one_task = [separate is not None, show is not None, closed_loop].count(True) == 1
-    refuse(not one_task, "give one of --separate A B, --show A, and --closed-loop.")
+    no_task = len(named) > 2 or bool(named) == closed_loop
+    refuse(no_task, "name one effect to show, or two to separate, or give --closed-loop.")
     no_flight = f"keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad"
     if closed_loop:
         plant = _read_plant(parameters)
@@ -72,7 +71,7 @@ def design(
         remarks = [] if controller or settings else [default_gains]
         print_answer(json, results.to_json_value(outlooks), [tools.flight_table(outlooks)], remarks)
         return
-    entries = tools.find_effects(separate if separate is not None else (show or "",))
+    entries = tools.find_effects(named)
     plant, limits = _read_plant(parameters), tools.Limits(voltage_limit, pitch_limit, elevation_limit)
     with progress_bar() as progress:
         ranked = tools.rank_proposals(plant, entries, duration, limits, progress=progress)
