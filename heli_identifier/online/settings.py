@@ -25,9 +25,6 @@ from .whitening import (
     whitening,
 )
 
-OFFSETS = (("rad", 0.05), ("rad/s^2", 0.1))
-"""Largest half width of the 95 % interval of a determined offset, which may be zero, by its unit."""
-
 DETERMINED = 0.1
 """Largest half width of the 95 % interval of a determined value, as a share of the value."""
 
@@ -39,14 +36,9 @@ GAINS = "k_x", "k_z", "k_y"
 
 
 def is_determined(value: float, standard_error: float, unit: str) -> bool:
-    """Return whether half a parameter's 95 % interval is at most a tenth of it, or, for offsets, in :data:`OFFSETS`."""
-    half_width = 1.96 * standard_error
-    if half_width <= DETERMINED * abs(value):
-        return True
-    for name, largest in OFFSETS:
-        if name == unit:
-            return half_width <= largest
-    return False
+    """Return whether half a 95 % interval is at most a tenth of the value; of an offset, .05 rad or .1 rad/s^2."""
+    of_offset = 0.05 if unit == "rad" else 0.1 if unit == "rad/s^2" else 0.0
+    return 1.96 * standard_error <= max(DETERMINED * abs(value), of_offset)
 
 
 @dataclass(frozen=True)
