@@ -12,6 +12,7 @@ from scipy.signal import lfilter
 from heli_identifier.online import PREDICTION_ERROR, IdentifierSettings, gain_matrix, is_determined, moments, prepare
 from heli_identifier.online import start as start_identifier
 from heli_identifier.online import step as identifier_step
+from heli_identifier.online.instruments import contradicts, initial_instruments, solve_gain, update_instruments
 from heli_identifier.online.linear_algebra import outer
 from heli_identifier.online.loop import initial_outside, product_interval, shares, update_outside
 from heli_identifier.tools.experiment import Proposal
@@ -76,17 +77,44 @@ def test_after_long_rest_with_fast_forgetting_the_estimate_returns_and_gamma_kee
         assert np.abs(axis.omega[:-2]).max() < 5.0 * np.sqrt(limit)
 
 
-def test_steps_of_the_references_determine_the_gain():
+def test_references_tell_the_gain_and_determine_it_and_agree_with_a_right_noise_model():
+    """Steps of the references of 40 s as instruments; a copy of one adds nothing."""
     log = fly_addition(Proposal("steps", None, 0.2, 0.1), PlantParameters(), PidSettings(), 0.15, 40.0)
     rows = np.column_stack((log.voltages, log.angles)).tolist()
+    asked = [0.2 * (k // 600 % 2) for k in range(len(rows))]
     plan = prepare(SETTINGS)
-    state = start_identifier(plan, rows[0])
-    for row in rows[1:]:
-        state, output = identifier_step(state, row, plan)
-    assert is_determined(output.parameters.k_x, output.standard_errors.k_x, "")
+    silent = start_identifier(plan, rows[0])
+    state = start_identifier(plan, rows[0], (asked[0], 0.0, asked[0]))
+    for row, reference in zip(rows[1:], asked[1:], strict=True):
+        state, output = identifier_step(state, row, plan, (reference, 0.0, reference))
+        silent, unasked = identifier_step(silent, row, plan)
+    assert output.parameters == unasked.parameters  # a second opinion moves no estimate
+    assert (unasked.instruments, unasked.instrument_errors, unasked.contradicted) == ((0.0,) * 3, (0.0,) * 3, False)
     # 3.5 standard errors: once in 2000 for a normal estimate.
+    assert abs(output.instruments[0] - TABLE_2.k_x) < 3.5 * output.instrument_errors[0]
+    assert not output.contradicted
+    assert is_determined(output.parameters.k_x, output.standard_errors.k_x, "")
     assert abs(output.parameters.k_x - TABLE_2.k_x) < 3.5 * output.standard_errors.k_x
     assert shares(state.axes[0].predictor.outside, ((0.0, 0.0, 0.0, 1.0, 0.0),))[0] > 0.5
+
+
+def test_the_instruments_are_those_of_a_first_stage_from_earlier_samples():
+    rng = np.random.default_rng(4)
+    b, noise = rng.standard_normal((900, 13)), rng.standard_normal(900)
+    psi = b[:, 1:3] + noise[:, None]  # the loop's answer: correlated with the noise
+    y = psi @ [0.7, -0.4] + noise
+    i, h = initial_instruments(2), 0.25
+    for part in (slice(0, 300), slice(300, 900)):
+        before = b[: part.start].T @ b[: part.start], b[: part.start].T @ psi[: part.start]
+        for row, *regressors, regressand in zip(b[part], *psi[part].T, y[part], strict=True):
+            i = update_instruments(i, regressors, regressand, tuple(row.tolist()), 1, 1.0)
+        i = solve_gain(i, (0.1, 0.2), (1e9, 1e9), 1, h)
+    z = b[300:] @ np.linalg.solve(*before)
+    inverse = np.linalg.inv(z.T @ psi[300:])
+    assert i.gain == pytest.approx((inverse @ z.T @ y[300:])[1], rel=1e-6)
+    assert i.standard_error == pytest.approx(np.sqrt((inverse @ z.T @ z @ inverse.T)[1, 1] / h), rel=1e-6)
+    assert not contradicts(i, i.gain + 2.4 * i.standard_error)
+    assert contradicts(i, i.gain + 2.6 * i.standard_error)
 
 
 INTERVAL = 0.2

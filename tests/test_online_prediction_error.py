@@ -90,7 +90,7 @@ def test_without_information_the_estimate_returns_to_its_prior():
     axis, p = initial_axis(own, plan), initial_predictor((0.0, 0.0, 0.0), own, plan)
     moved = axis._replace(omega=(0.3, 0.1, log(9.0), log(0.5)))
     for count in range(50_000):
-        moved, p = predict_axis(moved, p, (0.0, 0.0, 0.0), count, own, plan)
+        moved, p = predict_axis(moved, p, (0.0, 0.0, 0.0), count, (), own, plan)
     gain = np.array(online.gain_matrix(moved.factor, 4))
     assert online.noise_of(moved) == pytest.approx(online.noise_of(axis), rel=0.02)
     assert moved.omega[:2] == pytest.approx((0.1, 0.2), abs=1e-3)

@@ -14,7 +14,7 @@ from heli_plant.parameters import BY_FIELD
 from ..errors import Refusal
 from ..slave_base import SlaveBase, check_due
 from ..variables import Variable, for_each, output, parameter, setting
-from .signals import ANGLE_INPUTS, AXES, VOLTAGE_INPUTS
+from .signals import ANGLE_INPUTS, AXES, REFERENCE_INPUTS, VOLTAGE_INPUTS
 
 _ESTIMATED = tuple((name, BY_FIELD[name].unit, BY_FIELD[name].description) for name in online.ModelParameters._fields)
 """Symbol, unit and description of each estimated parameter."""
@@ -22,6 +22,7 @@ _UNITS = tuple(unit for _, unit, _ in _ESTIMATED)
 _DEFAULT = online.IdentifierSettings()
 _setting = partial(setting, _DEFAULT)
 
+_GAINS = [row for row in _ESTIMATED if row[0] in online.GAINS]
 _ERRORS_DEPEND_ON = ("adaptation.initial_gain", "pitch.rest_angle_known")
 _OUTPUTS = (
     *for_each(_ESTIMATED, output, "{0}", "{1}", "estimate: {2}", ("initial.{0}",)),
@@ -39,6 +40,9 @@ _OUTPUTS = (
     ),
     *for_each(AXES, output, "feedback.{}", "1", "score of a closed loop on the {}; beyond 3 there is one"),
     output("closed_loop", "1", "1: one of the three scores is beyond 3, a controller flies the rig, else 0"),
+    *for_each(_GAINS, output, "instrument.{0}", "{1}", "{0} by the references alone, 0 where none has moved"),
+    *for_each(_GAINS, output, "standard_error.instrument.{0}", "{1}", "standard error of instrument.{0}"),
+    output("contradicted", "1", "1: the references exclude an estimated gain by 2.5 standard errors, else 0"),
 )  # fmt: skip
 _SETTINGS = (
     parameter("method", _DEFAULT.method, "adaptation: the paper's (7); prediction_error: holds in closed loop"),
@@ -71,6 +75,9 @@ def output_values(estimate: online.IdentifierOutput, is_in_closed_loop: bool) ->
         *estimate.lag,
         *estimate.feedback,
         float(is_in_closed_loop),
+        *estimate.instruments,
+        *estimate.instrument_errors,
+        float(estimate.contradicted),
     )
 
 
@@ -90,7 +97,7 @@ class AdaptiveIdentifier(SlaveBase):
     """Samples its inputs every ``sample.time`` [s], independently of the communication step."""
 
     variables: ClassVar[tuple[Variable, ...]] = (
-        *VOLTAGE_INPUTS, *ANGLE_INPUTS, *_OUTPUTS, *_SETTINGS,
+        *VOLTAGE_INPUTS, *ANGLE_INPUTS, *REFERENCE_INPUTS, *_OUTPUTS, *_SETTINGS,
     )  # fmt: skip
     hidden = {"sampled": online.Sampled, "warned": bool}
     summary = "Adaptive identification of pitch, elevation and travel from voltages and angles"
@@ -112,13 +119,13 @@ class AdaptiveIdentifier(SlaveBase):
 
     def advance(self, time: float, step_size: float) -> None:
         """Process the samples that are due up to ``time`` [s]; the inputs belong to ``time``."""
-        v_front, v_rear, pitch, elevation, travel = self.values[:5]
-        measured = (v_front, v_rear, pitch, elevation, travel)
+        v_front, v_rear, pitch, elevation, travel, of_pitch, of_elevation, of_travel = self.values[:8]
+        measured, references = (v_front, v_rear, pitch, elevation, travel), (of_pitch, of_elevation, of_travel)
         if self.sampled is None:
-            self.sampled = online.begin_sampling(time, measured, self.plan)
+            self.sampled = online.begin_sampling(time, measured, self.plan, references)
             return
         check_due(time - online.next_due(self.sampled, self.plan), self.plan.settings.sample_time, time)
-        sampled, estimate = online.take_samples(self.sampled, time, measured, self.plan)
+        sampled, estimate = online.take_samples(self.sampled, time, measured, self.plan, references)
         if estimate is not None:
             check_estimate(estimate.parameters, time, measured)
             self._show(estimate)

@@ -18,6 +18,9 @@ VOLTAGE_INPUTS = for_each(
     ROTORS, real_input, "v_{}", "V", VOLTAGE_BOUND, 5.0, "voltage of the {} motor, held over the step"
 )
 ANGLE_INPUTS = for_each(AXES, real_input, "{}", "rad", ANGLE_BOUND, 1.0, "measured {} angle")
+REFERENCE_INPUTS = for_each(
+    AXES, real_input, "{}_reference", "rad", ANGLE_BOUND, 1.0, "{} that is asked for; may stay unconnected"
+)
 
 
 def voltage_outputs(*depends_on: str) -> tuple[Variable, ...]:

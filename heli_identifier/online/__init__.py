@@ -20,13 +20,12 @@ from .identifier import (
     take_sample,
     take_samples,
 )
+from .instruments import CONTRADICTION, GAINS
 from .linear_algebra import total
 from .loop import CLOSED, is_closed, shares
 from .prediction_error import noise_of
 from .settings import (
     ADAPTATION,
-    CONTRADICTION,
-    GAINS,
     METHODS,
     PREDICTION_ERROR,
     Estimate,

@@ -18,11 +18,13 @@ from typing import NamedTuple, Optional
 from heli_plant.motor import saturate
 
 from .adaptation import AxisState, adapt_axis, combinations, evaluate_axis, initial_axis, update_moments
+from .instruments import NO_REFERENCES, References, advance_references, contradicts, solve_gain
 from .linear_algebra import hypotenuse
 from .loop import Feedback, feedback_score, shares, update_score, update_score_by_error
 from .prediction_error import PredictorState, initial_predictor, predict_axis
 from .settings import ModelParameters, Plan
 from .signals import (
+    Angles,
     LagState,
     Sample,
     Signals,
@@ -55,6 +57,7 @@ class IdentifierState(NamedTuple):
     signals: Signals
     lag: Optional[LagState]  # noqa: UP045
     axes: tuple[Axis, Axis, Axis]  # pitch, elevation, travel
+    references: References
 
 
 _LEAST_ERROR = 1e-9  # least standard error of a lag [s], so that weights stay finite
@@ -75,11 +78,14 @@ class IdentifierOutput(NamedTuple):
     sigma: tuple[float, float, float]  # adaptation error [rad/s^2]
     feedback: tuple[float, float, float]  # score of a closed loop [1]
     lag: Lag
+    instruments: tuple[float, float, float]  # k_x, k_z, k_y by the references [rad/s^2/V], 0 if none has moved
+    instrument_errors: tuple[float, float, float]  # their standard errors
+    contradicted: bool  # whether the instruments exclude an estimate
     adapting: bool  # false while the adaptation rests
 
 
-def start(plan: Plan, now: Sample) -> IdentifierState:
-    """Return the state at sample 0, which is ``now``, with filters and motors in steady state."""
+def start(plan: Plan, now: Sample, references: Angles = NO_REFERENCES) -> IdentifierState:
+    """Return the state at sample 0, which is ``now``, with filters and motors in steady state; references [rad]."""
     settings, h = plan.settings, plan.sample_time
     signals = settled_signals(now, settings.voltage_limit)
     lag = settled_lag(signals, h, settings.motor_time_constant) if plan.estimates_lag else None
@@ -90,7 +96,7 @@ def start(plan: Plan, now: Sample) -> IdentifierState:
         _initial_axis(_ELEVATION, z_2, front + rear, plan),
         _initial_axis(_TRAVEL, z_3, front - rear, plan),
     )
-    return IdentifierState(0, signals.voltages, signals, lag, axes)
+    return IdentifierState(0, signals.voltages, signals, lag, axes, References(references))
 
 
 def before_samples(plan: Plan) -> IdentifierOutput:
@@ -104,8 +110,10 @@ def _initial_axis(which: int, z: tuple[float, ...], voltage: float, plan: Plan) 
     return Axis(initial_axis(axis_plan, plan), predictor, Feedback(settled_memory(0.0, plan.error_whitening), voltage))
 
 
-def step(state: IdentifierState, now: Sample, plan: Plan) -> tuple[IdentifierState, IdentifierOutput]:
-    """Return state and output after the next sample."""
+def step(
+    state: IdentifierState, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
+) -> tuple[IdentifierState, IdentifierOutput]:
+    """Return state and output after the next sample with the controller's references [rad]."""
     samples, previous, decimation, settings = state.samples + 1, state.signals, plan.decimation, plan.settings
     if decimation > 1:
         limit = settings.voltage_limit
@@ -121,21 +129,28 @@ def step(state: IdentifierState, now: Sample, plan: Plan) -> tuple[IdentifierSta
     if lag is not None:
         lag = advance_lag(lag, previous, signals, h, f)
     z_1, z_2, z_3 = regressions(signals, lag, settings.rest_angle, f)
-    count, (front, rear) = samples // decimation - plan.hold_samples, signals.voltages
+    count, new_references = samples // decimation - plan.hold_samples, state.references
+    if count >= 0 and plan.predicting:
+        new_references = advance_references(new_references, references, count, plan.product_samples, h)
+    front, rear = signals.voltages
+    b: tuple[float, ...] = state.references.b if new_references.moved else ()
     pitch_axis, elevation_axis, travel_axis = state.axes
     axes = (
-        _advance_axis(_PITCH, pitch_axis, z_1, front - rear, count, plan),
-        _advance_axis(_ELEVATION, elevation_axis, z_2, front + rear, count, plan),
-        _advance_axis(_TRAVEL, travel_axis, z_3, front - rear, count, plan),
+        _advance_axis(_PITCH, pitch_axis, z_1, front - rear, count, b, new_references, plan),
+        _advance_axis(_ELEVATION, elevation_axis, z_2, front + rear, count, b, new_references, plan),
+        _advance_axis(_TRAVEL, travel_axis, z_3, front - rear, count, b, new_references, plan),
     )
     if lag is not None and count >= 0 and count % plan.report_samples == _TRAVEL:
         estimate = lag_of(axes[0].estimate, axes[1].estimate, plan)
         lag = follow_lag(lag, estimate.value, estimate.standard_error, h, assumed)
-    state = IdentifierState(samples, signals.voltages, signals, lag, axes)
+    state = IdentifierState(samples, signals.voltages, signals, lag, axes, new_references)
     return state, output_of(state, plan)
 
 
-def _advance_axis(which: int, axis: Axis, z: tuple[float, ...], voltage: float, count: int, plan: Plan) -> Axis:
+def _advance_axis(
+    which: int, axis: Axis, z: tuple[float, ...], voltage: float, count: int, b: tuple[float, ...],
+    references: References, plan: Plan,
+) -> Axis:  # fmt: skip
     """Return one axis after a sample; once per report interval its standard errors are evaluated."""
     estimate, predictor, loop = axis
     axis_plan, h = plan.axes[which], plan.sample_time
@@ -148,7 +163,7 @@ def _advance_axis(which: int, axis: Axis, z: tuple[float, ...], voltage: float, 
         estimate = adapt_axis(estimate, z, count, plan)
         loop = update_score_by_error(loop, estimate.sigma, voltage, count, h, plan.error_whitening)
     else:
-        estimate, predictor = predict_axis(estimate, predictor, z, count, axis_plan, plan)
+        estimate, predictor = predict_axis(estimate, predictor, z, count, b, axis_plan, plan)
         loop = update_score(loop, estimate.sigma, voltage, count, h)
     if (count + 1) % plan.moment_samples == 0:
         estimate = update_moments(estimate, count, plan)
@@ -159,6 +174,9 @@ def _advance_axis(which: int, axis: Axis, z: tuple[float, ...], voltage: float, 
             from_outside = shares(predictor.outside, rows)  # only information from outside the loop counts
             errors = [error / sqrt(share) for error, share in zip(estimate.standard_errors, from_outside, strict=True)]
             estimate = estimate._replace(standard_errors=tuple(errors))
+            if references.moved:
+                instruments = solve_gain(predictor.instruments, estimate.omega, axis_plan.prior, axis_plan.gain, h)
+                predictor = predictor._replace(instruments=instruments)
     return Axis(estimate, predictor, loop)
 
 
@@ -177,12 +195,23 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     else:
         a_wx, p, q, k_x = omega_1
         a_th, theta0 = hypotenuse(p, q), atan2(q, p)
+    gains = k_x, omega_2[-1], omega_3[-1]
+    instruments, instrument_errors, contradicted = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), False
+    p_1, p_2, p_3 = pitch.predictor, elevation.predictor, travel.predictor
+    if p_1 is not None and p_2 is not None and p_3 is not None:
+        i_1, i_2, i_3 = p_1.instruments, p_2.instruments, p_3.instruments
+        instruments = i_1.gain, i_2.gain, i_3.gain
+        instrument_errors = i_1.standard_error, i_2.standard_error, i_3.standard_error
+        contradicted = contradicts(i_1, gains[0]) or contradicts(i_2, gains[1]) or contradicts(i_3, gains[2])
     return IdentifierOutput(
         ModelParameters._make((a_wx, a_th, k_x, theta0, *omega_2, *omega_3)),
         ModelParameters._make((*errors_1, *errors_2, *errors_3)),
         (pitch.estimate.sigma, elevation.estimate.sigma, travel.estimate.sigma),
         (feedback_score(pitch.loop), feedback_score(elevation.loop), feedback_score(travel.loop)),
         lag_of(pitch.estimate, elevation.estimate, plan),
+        instruments,
+        instrument_errors,
+        contradicted,
         state.samples // plan.decimation >= plan.hold_samples,
     )
 
@@ -211,9 +240,9 @@ class Sampled(NamedTuple):
     previous: Sample  # values at the last communication point
 
 
-def begin_sampling(time: float, now: Sample, plan: Plan) -> Sampled:
-    """Return the state after sample 0, which is ``now`` at ``time`` [s]."""
-    return Sampled(start(plan, now), time, time, now)
+def begin_sampling(time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES) -> Sampled:
+    """Return the state after sample 0, which is ``now`` at ``time`` [s], with its ``references`` [rad]."""
+    return Sampled(start(plan, now, references), time, time, now)
 
 
 def next_due(sampled: Sampled, plan: Plan) -> float:
@@ -226,21 +255,25 @@ def is_due(sampled: Sampled, time: float, plan: Plan) -> bool:
     return next_due(sampled, plan) <= time + _EARLY * plan.settings.sample_time
 
 
-def take_sample(sampled: Sampled, time: float, now: Sample, plan: Plan) -> tuple[IdentifierState, IdentifierOutput]:
-    """Take the next sample, due by the communication point ``time`` [s] with the values ``now``."""
+def take_sample(
+    sampled: Sampled, time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
+) -> tuple[IdentifierState, IdentifierOutput]:
+    """Take the next sample, due by the communication point ``time`` [s] with the values ``now`` and ``references``."""
     due = next_due(sampled, plan)
     if due < time - _EARLY * plan.settings.sample_time:
         share = (due - sampled.before) / (time - sampled.before)
         last = sampled.previous
         pitch, elevation, travel = [a + share * (b - a) for a, b in zip(last[2:], now[2:], strict=True)]
         now = last[0], last[1], pitch, elevation, travel
-    return step(sampled.state, now, plan)
+    return step(sampled.state, now, plan, references)
 
 
-def take_samples(sampled: Sampled, time: float, now: Sample, plan: Plan) -> tuple[Sampled, IdentifierOutput | None]:
+def take_samples(
+    sampled: Sampled, time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
+) -> tuple[Sampled, IdentifierOutput | None]:
     """Take all samples due by the communication point ``time`` [s]; the output is None if there is none."""
     output: IdentifierOutput | None = None
     while is_due(sampled, time, plan):
-        state, output = take_sample(sampled, time, now, plan)
+        state, output = take_sample(sampled, time, now, plan, references)
         sampled = Sampled(state, *sampled[1:])
     return Sampled(sampled.state, sampled.first, time, now), output

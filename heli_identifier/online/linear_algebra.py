@@ -98,3 +98,18 @@ def quadratic_form(U: Rows, C: Rows) -> Rows:
                 for m in range(columns):
                     S[k][m] += values[k] * values[m] / row[0]
     return S
+
+
+def back_solve(U: Rows, C: Rows) -> tuple[tuple[float, ...], ...]:
+    """Return the columns of B^-1 C from the eliminated (U, L^-1 C); 0 in the place of a dependent column."""
+    columns: list[tuple[float, ...]] = []
+    for k in range(len(C[0])):
+        x = [0.0] * len(U)
+        for j in range(len(U) - 1, -1, -1):
+            if U[j][0] > 0.0:
+                rest = C[j][k]
+                for m in range(j + 1, len(U)):
+                    rest -= U[j][m - j] * x[m]
+                x[j] = rest / U[j][0]
+        columns.append(tuple(x))
+    return tuple(columns)

@@ -24,6 +24,7 @@ from operator import add
 from typing import NamedTuple
 
 from .adaptation import AxisState, increase_variance, kept_information, take_measurement
+from .instruments import Instruments, initial_instruments, update_instruments
 from .linear_algebra import outer, unit_vector
 from .loop import Outside, initial_outside, update_outside
 from .settings import AxisPlan, Plan
@@ -54,6 +55,7 @@ class PredictorState(NamedTuple):
     noise: NoiseModel
     whitening: Whitening  # G
     outside: Outside
+    instruments: Instruments
 
 
 def noise_of(axis: AxisState) -> Noise:
@@ -66,21 +68,23 @@ def initial_predictor(z: tuple[float, ...], axis_plan: AxisPlan, plan: Plan) -> 
     """Return the state at sample 0 of an axis, in steady state with its signals ``z`` = (phi, y)."""
     w = whitening(axis_plan.first[-2], axis_plan.first[-1], plan.filter, plan.sample_time)
     memory, n = tuple([settled_memory(value, w) for value in z]), axis_plan.reported
-    return PredictorState(memory, initial_noise(plan.angle_slopes[0]), w, initial_outside(n))
+    return PredictorState(memory, initial_noise(plan.angle_slopes[0]), w, initial_outside(n), initial_instruments(n))
 
 
 def predict_axis(
-    axis: AxisState, p: PredictorState, z: tuple[float, ...], count: int, axis_plan: AxisPlan, plan: Plan
-) -> tuple[AxisState, PredictorState]:
+    axis: AxisState, p: PredictorState, z: tuple[float, ...], count: int, b: tuple[float, ...], axis_plan: AxisPlan,
+    plan: Plan,
+) -> tuple[AxisState, PredictorState]:  # fmt: skip
     """Return axis and predictor after the sample ``z`` = (phi, y), which is numbered ``count`` from 0.
 
     Omega ends with nu; the axis' sums are packed products of (psi, -d, -g, y). The first element of phi is minus the
-    filtered rate; if there are more than two, the second is minus the filtered angle.
+    filtered rate; if there are more than two, the second is minus the filtered angle. ``b`` are the instruments, empty
+    while no reference has moved.
     """
     h, alpha, n = plan.sample_time, plan.settings.forgetting, axis_plan.reported
     c, by_rate, by_angle = plan.angle_slopes
     # unpacked once: the interpreter reads a local ten times faster than a named tuple's field
-    old_memory, old_noise, w, outside = p
+    old_memory, old_noise, w, outside, instruments = p
     old_factor, old_omega, _, sums, moments, errors = axis
     memory, v = whiten(old_memory, z, w)
     factor, omega = list(old_factor), list(old_omega)
@@ -121,8 +125,11 @@ def predict_axis(
     if (count + n) % stride == 0:  # n differs between axes, so that they do this in different samples
         outside = update_outside(outside, scaled[:n], kept_information(count, stride, h, alpha), stride * h)
     outside = Outside(outside.innovation_sum + scale * e, *outside[1:])
+    if len(b) > 0:
+        retained, held = kept_information(count, stride, h, alpha), stride if count % stride == 0 else 0
+        instruments = update_instruments(instruments, scaled[:n], scale * known, b, held, retained)
     noise = update_noise(old_noise, e, certainty, d, h, c)
-    return axis, PredictorState(tuple(memory), noise, w, outside)
+    return axis, PredictorState(tuple(memory), noise, w, outside, instruments)
 
 
 def _renew(

@@ -28,12 +28,6 @@ from .whitening import (
 DETERMINED = 0.1
 """Largest half width of the 95 % interval of a determined value, as a share of the value."""
 
-CONTRADICTION = 2.5
-"""Number of standard errors from which a second estimate excludes one: by chance in less than one of 80 cases."""
-
-GAINS = "k_x", "k_z", "k_y"
-"""Gains of pitch, elevation and travel."""
-
 
 def is_determined(value: float, standard_error: float, unit: str) -> bool:
     """Return whether half a 95 % interval is at most a tenth of the value; of an offset, .05 rad or .1 rad/s^2."""

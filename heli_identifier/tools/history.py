@@ -18,7 +18,7 @@ the Birge ratio in the same way.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -31,6 +31,7 @@ from heli_identifier.records import Log
 from heli_identifier.results import Axes, figure, label_with_unit
 from heli_identifier.tools import meta_analysis
 from heli_identifier.tracing import plausible_range
+from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
 
 Array = NDArray[np.float64]
@@ -72,7 +73,7 @@ def estimates_of(output: IdentifierOutput, plan: Plan) -> dict[str, Estimate]:
 
 
 def identify_log(log: Log, settings: online.IdentifierSettings) -> EstimateHistory:
-    """Run the identifier over a log.
+    """Run the identifier over a log, with its references if it has any.
 
     The history has a row for every evaluation of the standard errors. A LogError says that a log ends before the first.
     """
@@ -85,11 +86,13 @@ def identify_log(log: Log, settings: online.IdentifierSettings) -> EstimateHisto
             "with a higher frequency."
         )
     samples = list(map(tuple, np.column_stack((log.voltages, log.angles)).tolist()))
-    state = online.start(plan, samples[0])
+    zero = np.zeros(len(samples))
+    references = list(map(tuple, np.column_stack([log.references.get(axis, zero) for axis in AXES]).tolist()))
+    state = online.start(plan, samples[0], references[0])
     every, last = max(1, round(settings.report_interval / settings.sample_time)), len(samples) - 1
     rows = []
     for k in range(1, len(samples)):
-        state, output = online.step(state, samples[k], plan)
+        state, output = online.step(state, samples[k], plan, references[k])
         if (k % every == 0 and output.adapting) or k == last:
             rows.append((k * settings.sample_time, *output.parameters, *output.standard_errors))
     time, parameters, errors = np.split(np.array(rows), (1, 1 + len(NAMES)), axis=1)
@@ -162,9 +165,9 @@ def combine_histories(histories: Sequence[EstimateHistory]) -> Together:
     state = state_with(1)
     estimates = estimates_of(online.output_of(state, plan), plan)
     birge_ratios = online.output_of(state_with(2), plan).standard_errors._asdict()
-    return Together(
-        estimates, _describe_scatter(birge_ratios), tuple(online.noise_of(axis.estimate) for axis in state.axes)
-    )
+    outputs = [online.output_of(history.state, history.plan) for history in histories]
+    notes = (*_describe_scatter(birge_ratios), *_describe_contradictions(estimates, outputs))
+    return Together(estimates, notes, tuple(online.noise_of(axis.estimate) for axis in state.axes))
 
 
 def _combine_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[Array, Array, Array]:
@@ -214,6 +217,23 @@ def _weighted_mean(values: Array, errors: Array) -> tuple[float, float, float]:
     """Return mean, standard error and Birge ratio, which is 0 for a single value."""
     mean, Q, precision = meta_analysis.weighted_mean(values, errors, 0.0)
     return mean, precision**-0.5, float(np.sqrt(Q / max(len(values) - 1, 1)))
+
+
+def _describe_contradictions(estimates: Mapping[str, Estimate], outputs: Sequence[Any]) -> list[str]:
+    """Return a sentence for each gain that the references of all logs exclude."""
+    notes = []
+    for axis, name in enumerate(online.GAINS):
+        known = [(o.instruments[axis], o.instrument_errors[axis]) for o in outputs if o.instrument_errors[axis] > 0.0]
+        if not known:
+            continue
+        value, error, _ = _weighted_mean(*np.array(known).T)
+        if abs(value - estimates[name].value) > online.CONTRADICTION * error:
+            notes.append(
+                f"{name} = {estimates[name].value:.3g} rests on a noise model that the references contradict: they "
+                f"give {value:.3g} ± {1.96 * error:.2g} {BY_FIELD[name].unit}. The air has another colour than the "
+                "model allows, or what was logged as a reference answers the rig"
+            )
+    return notes
 
 
 def _describe_scatter(ratios: Mapping[str, float]) -> tuple[str, ...]:

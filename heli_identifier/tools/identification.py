@@ -5,7 +5,7 @@ prediction errors with a noise model are minimised (:mod:`heli_identifier.online
 twice. The first pass finds the noise model and the motors' lag of all logs together (:mod:`.history`), which are the
 same for all logs of a rig; the second pass starts with them. No sample counts twice: Gamma(0) is the same in both. In
 rough air the first pass takes the air for far slower than it is, which makes k_x too large; a third pass would make k_z
-worse by as much as it makes k_x better.
+worse by as much as it makes k_x better. References of a log are instruments.
 
 Prediction errors, which are right in open and in closed loop, decide whether a controller flew. They give a score of a
 closed loop on each axis (:mod:`heli_identifier.online.loop`), roughly normal in open loop. With n logs the loop is

@@ -12,7 +12,7 @@ struct Model {
 static void show(Model *model, Unit *unit, const IdentifierOutput *output)
 {
     const bool closed = loop_is_closed(output->feedback);
-    const Row42 shown = adaptive_identifier_output_values(output, closed);
+    const Row49 shown = adaptive_identifier_output_values(output, closed);
     unit_show(unit, REF_a_wx, &shown.x0, sizeof shown / sizeof shown.x0);
     if (closed && !model->warned && !model->plan.predicting) {
         model->warned = true;
@@ -47,9 +47,11 @@ static void advance(Model *model, Unit *unit, double time, double step)
     const Row5 now = {
         values[REF_v_front].real, values[REF_v_rear].real, values[REF_pitch].real, values[REF_elevation].real,
         values[REF_travel].real};
+    const Row3 references = {
+        values[REF_pitch_reference].real, values[REF_elevation_reference].real, values[REF_travel_reference].real};
     (void)step;
     if (!model->sampled.some) {
-        model->sampled.value = identifier_begin_sampling(&unit->space, time, now, &model->plan);
+        model->sampled.value = identifier_begin_sampling(&unit->space, time, now, &model->plan, references);
         model->sampled.some = true;
         return;
     }
@@ -65,7 +67,7 @@ static void advance(Model *model, Unit *unit, double time, double step)
             unit_compact(unit);
             sampled = model->sampled.value;
         }
-        next = identifier_take_sample(&unit->space, &sampled, time, now, &model->plan);
+        next = identifier_take_sample(&unit->space, &sampled, time, now, &model->plan, references);
         sampled.state = next.x0;
     }
     if (taken) {
