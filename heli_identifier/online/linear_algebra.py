@@ -43,9 +43,9 @@ def outer(z: Sequence[float]) -> list[float]:
     return [a * b for i, a in enumerate(z) for b in z[i:]]
 
 
-def with_products(sums: Sequence[float], decay: float, z: Sequence[float]) -> tuple[float, ...]:
-    """Return ``decay`` sums + z z^T, packed."""
-    return tuple([decay * x + y for x, y in zip(sums, outer(z), strict=True)])
+def with_products(sums: Sequence[float], decay: float, z: Sequence[float], weight: float = 1.0) -> tuple[float, ...]:
+    """Return ``decay`` sums + ``weight`` z z^T, packed."""
+    return tuple([decay * x + weight * y for x, y in zip(sums, outer(z), strict=True)])
 
 
 def split_packed(packed: Sequence[float], size: int, n: int) -> tuple[Rows, Rows]:
