@@ -1,4 +1,4 @@
-"""Processes: the signals that end one, its clean-up, its child processes, and the memory that it may take.
+"""Processes: the signals that end one, its clean-up, its child processes, and the memory that they may take.
 
 Within a block of :func:`clean_up_on_signals`, SIGTERM, SIGHUP and Ctrl-C end the process from within their handler: it
 kills the child processes, calls what :func:`undo_at_end` has registered, and exits with 128 plus the signal's number,
@@ -105,13 +105,6 @@ def end_process(process: "Popen[bytes]") -> None:
             os.waitpid(process.pid, 0)
     else:
         process.wait()
-
-
-def memory_limits() -> list[tuple[int, str]]:
-    """Return the limits of this process's memory [bytes] and the command that sets each; Windows has none."""
-    kinds = ((resource.RLIMIT_AS, "ulimit -v"), (resource.RLIMIT_DATA, "ulimit -d")) if _IS_POSIX else ()
-    limits = [(resource.getrlimit(kind)[0], command) for kind, command in kinds]
-    return [(limit, command) for limit, command in limits if limit != resource.RLIM_INFINITY]
 
 
 def bound_memory(more: int) -> None:

@@ -121,7 +121,6 @@ class _PatientCache(FunctionCache):
         except Exception:  # a damaged file, or code of another machine, makes numba raise anything
             with suppress(OSError):
                 self.flush()
-            return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Save compiled code if there is room for it."""

@@ -20,11 +20,6 @@ def approach(nu: float, voltage: float, decay: float) -> float:
     return voltage + (nu - voltage) * decay
 
 
-def lag_voltage(nu: float, voltage: float, h: float, time_constant: float) -> float:
-    """Return the lagged voltage [V] after ``h`` [s] under a held ``voltage`` [V]; a time constant of 0 s is no lag."""
-    return approach(nu, voltage, decay_factor(h, time_constant))
-
-
 def saturate(voltage: float, limit: float) -> float:
     """Return ``voltage`` clipped to plus or minus ``limit`` [V]; both may have any other common unit."""
     if voltage > limit:

@@ -5,7 +5,7 @@ command lines use the structured names (``pitch.damping``).
 """
 
 from collections import namedtuple
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from math import isfinite, radians
 from typing import Any, NamedTuple
 
@@ -30,7 +30,7 @@ class Parameter(NamedTuple):
 
 _Row = tuple[str, str, str, str, float, float, float, str]
 
-_BASE: tuple[_Row, ...] = (
+_ROWS: tuple[_Row, ...] = (
     # pitch, eq. (2); elevation, eq. (10); travel, eq. (12): values of Table 2
     ("a_wx", "pitch.damping", "a_ωx", "1/s", 0.060, -10.0, 10.0, "pitch damping"),
     ("a_th", "pitch.stiffness", "a_θ", "1/s^2", 0.664, -100.0, 100.0, "pendulum stiffness of the pitch"),
@@ -45,14 +45,13 @@ _BASE: tuple[_Row, ...] = (
     ("k_y", "travel.gain", "k_y", "rad/s^2/V", -0.112, -50.0, 50.0, "travel acceleration per volt and sine of pitch"),
     ("T_m", "motor.time_constant", "T_m", "s", 0.08, 0.0, 5.0, "lag of both motors, eq. (9)"),
     ("v_max", "motor.voltage_limit", "v_max", "V", 5.0, 1e-6, 1000.0, "saturation of both voltages"),
+    ("share_front", "rotor.front", "", "1", 1.0, 0.0, 10.0, "share of its thrust that the front rotor gives"),
+    ("share_rear", "rotor.rear", "", "1", 1.0, 0.0, 10.0, "the same of the rear rotor, which may be damaged as well"),
     ("ado_offset", "ado.offset_per_metre", "", "rad/s^2/m", 0.5, -100.0, 100.0,
      "shift of a_1 per metre of mass travel"),
     ("ado_stiffness", "ado.stiffness_per_metre", "", "1/s^2/m", 0.1, -100.0, 100.0, "shift of a_e per metre"),
     ("ado_speed", "ado.speed", "", "m/s", 0.05, 0.0, 10.0, "speed limit of the lead screw"),
     ("ado_travel", "ado.travel", "", "m", 0.26, 0.0, 10.0, "the mass moves between plus and minus this"),
-)  # fmt: skip
-
-_GENERAL: tuple[_Row, ...] = (
     # the general model, eq. (1), in place of the simplified one: values of LAAS report 18040
     ("general_model", "general.enabled", "", "1", 0.0, 0.0, 1.0, "1: eq. (1) from four point masses; 0: simplified"),
     ("m2", "general.mass_arm", "m2", "kg", 1.00, 1e-6, 100.0, "mass at the end of the arm"),
@@ -71,26 +70,22 @@ _GENERAL: tuple[_Row, ...] = (
 )  # fmt: skip
 
 
-def _effect_rows() -> tuple[_Row, ...]:
-    """Return those of the catalogue: ``effects.<name>.<axis>`` and ``effects.<name>.<shape>[.<axis>]``, all off."""
-    rows: dict[str, _Row] = {}
+def _effect_rows() -> Iterator[_Row]:
+    """Yield those of the catalogue: ``effects.<name>.<axis>`` and ``effects.<name>.<shape>[.<axis>]``, all off."""
     for effect in CATALOGUE:
-        name = f"effects.{effect.name}.{effect.axis}"
-        rows[effect.field] = (effect.field, name, "c", effect.unit, 0.0, effect.lower, effect.upper, effect.law)
-        for s in effect.shapes:
-            is_per_axis = s.field.endswith(f"_{effect.axis}")
-            name = f"effects.{effect.name}.{s.name}" + (f".{effect.axis}" if is_per_axis else "")
-            rows[s.field] = (s.field, name, s.symbol, s.unit, s.default, s.lower, s.upper, s.description)
-    return tuple(rows.values())
+        name, axis = f"effects.{effect.name}", f".{effect.axis}"
+        yield effect.field, name + axis, "c", effect.unit, 0.0, effect.lower, effect.upper, effect.law
+        for s in effect.shapes:  # several laws may share one
+            name_of_shape = f"{name}.{s.name}{axis if s.field.endswith(f'_{effect.axis}') else ''}"
+            yield s.field, name_of_shape, s.symbol, s.unit, s.default, s.lower, s.upper, s.description
 
 
-def _table_rows() -> tuple[_Row, ...]:
-    """Return the parameters of the tabulated torques, ``table.<axis>.<what>``, all off."""
+def _table_rows() -> Iterator[_Row]:
+    """Yield the parameters of the tabulated torques, ``table.<axis>.<what>``, all off."""
     numbers = ", ".join(f"{number}: {name}" for number, name in enumerate(VARIABLES, start=1))
     units = ", ".join(dict.fromkeys(VARIABLES.values()))
-    rows: list[_Row] = []
     for axis in AXES:
-        rows += [
+        yield from (
             (f"table_variable_{axis}", f"table.{axis}.variable", "", "1", 0.0, 0.0, float(len(VARIABLES)),
              f"what the {axis}'s table runs over; 0: no table, {numbers}"),
             (f"table_first_{axis}", f"table.{axis}.first", "x_1", "1", 0.0, -1e6, 1e6,
@@ -99,21 +94,14 @@ def _table_rows() -> tuple[_Row, ...]:
              "from one value of the variable in the table to the next, in its unit"),
             *((f"table_torque_{k}_{axis}", f"table.{axis}.torque_{k}", f"y_{k}", "rad/s^2", 0.0, -100.0, 100.0,
                f"acceleration of the {axis} at the value number {k}") for k in range(1, KNOTS + 1)),
-        ]  # fmt: skip
-    return tuple(rows)
+        )  # fmt: skip
 
 
-_LAST: tuple[_Row, ...] = (
-    ("pitch_stop", "pitch.stop", "", "rad", 0.0, 0.0, 3.2, "stops of the pitch, plus and minus; 0: none"),
-    ("share_front", "rotor.front", "", "1", 1.0, 0.0, 10.0, "share of its thrust that the front rotor gives"),
-    ("share_rear", "rotor.rear", "", "1", 1.0, 0.0, 10.0, "the same of the rear rotor, which may be damaged as well"),
-)  # fmt: skip
-
-PARAMETERS = tuple(Parameter(*row) for row in (*_BASE, *_effect_rows(), *_GENERAL, *_table_rows(), *_LAST))
+BY_FIELD: dict[str, Parameter] = {row[0]: Parameter(*row) for row in (*_ROWS, *_effect_rows(), *_table_rows())}
+PARAMETERS = tuple(BY_FIELD.values())
 """Every parameter, in the order of the fields."""
 
 BY_NAME: dict[str, Parameter] = {row.name: row for row in PARAMETERS}
-BY_FIELD: dict[str, Parameter] = {row.field: row for row in PARAMETERS}
 
 _named: Any = namedtuple  # a type checker only knows fields that are literals
 _Values: Any = _named("_Values", BY_FIELD, defaults=[row.default for row in PARAMETERS])

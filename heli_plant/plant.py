@@ -36,24 +36,10 @@ from .motor import approach, decay_factor, mean_held, saturate
 from .parameters import PlantParameters
 from .state import PlantState
 
-STOP_RATE = 50.0
-"""Natural frequency [rad/s] of a stop's spring; Runge-Kutta steps of up to 2.8 / STOP_RATE = 55 ms are stable."""
-
 
 def mass_after(position: float, command: float, h: float, p: PlantParameters) -> float:
     """Return the position [m] of the mass after ``h`` [s] on its way from ``position`` to ``command`` [m]."""
     return position + saturate(saturate(command, p.ado_travel) - position, p.ado_speed * h)
-
-
-def stop_acceleration(pitch: float, rate: float, limit: float) -> float:
-    """Return the pitch acceleration [rad/s^2] by mechanical stops at plus and minus ``limit`` [rad].
-
-    Beyond the limit a critically damped spring pushes back, and never pulls. A pitch that arrives at a rate w [rad/s]
-    goes beyond the limit by w / (e STOP_RATE) and does not bounce.
-    """
-    excess = pitch - saturate(pitch, limit)
-    push = -STOP_RATE * (STOP_RATE * excess + 2.0 * rate)
-    return push if push * excess < 0.0 else 0.0
 
 
 def accelerations(
@@ -69,8 +55,6 @@ def accelerations(
         a_th, a_ep, a_la = general_accelerations(th, ep, w_th, w_ep, w_la, mu_diff, mu_sum, p)
     else:
         a_th, a_ep, a_la = simplified_accelerations(th, ep, w_th, w_ep, w_la, mu_diff, mu_sum, p)
-    if p.pitch_stop > 0.0:
-        a_th += stop_acceleration(th, w_th, p.pitch_stop)
     if mass_position != 0.0:
         a_ep -= (p.ado_offset + p.ado_stiffness * ep) * mass_position
     on_pitch, on_elevation, on_travel = switches

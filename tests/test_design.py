@@ -91,7 +91,7 @@ def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
 
 def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_path):
     file = tmp_path / "best.csv"
-    ranked = heli_json("design", "--show", "dry_friction:pitch", "--duration", 20, "--output", file)
+    ranked = heli_json("design", "dry_friction:pitch", "--duration", 20, "--output", file)
     errors = [one["effects"][0]["standard_error"] for one in ranked]
     assert errors == sorted(errors)
     table = np.loadtxt(file, delimiter=",", skiprows=1)

@@ -240,7 +240,8 @@ def test_the_commands_leave_a_model_that_matlab_reads_and_gains_that_build_a_con
     rig.write_text("[controller]\nperiod = 0.02\n")
     document = heli_json("linearise", file, "--elevation", 0.1, "--config", rig, "--output", out)
     assert document["period"] == 0.02
-    assert "controller.period = 2.0 s must" in heli("linearise", file, "--config", rig, "--period", 2).output
+    rig.write_text("[controller]\nperiod = 2\n")
+    assert "controller.period = 2.0 s must" in heli("linearise", file, "--config", rig).output
     assert {path.name for path in out.iterdir()} == {"linear_model.json", "linear_model.mat"}
     assert document == json.loads((out / "linear_model.json").read_text())
     matrices = loadmat(out / "linear_model.mat")

@@ -200,7 +200,7 @@ def test_a_run_that_a_unit_refuses_is_counted_with_its_reason_and_units_in_pytho
 def test_the_command_repeats_with_its_seed_and_draws_figure_and_table(tmp_path, files):
     file = parameter_set(0.05, ["a_wx", "k_x", "a_th"]).write(tmp_path / "parameters.json")
     given = [f"--fmu={name}={path}" for name, path in files.items()]
-    words = ("simulate", "open_loop", "--native", "--runs", 20, "--duration", 2, "--parameters", file, *given)
+    words = ("simulate", "open_loop", "--runs", 20, "--duration", 2, "--parameters", file, *given)
     figure, table = tmp_path / "runs.svg", tmp_path / "runs.csv"
     first = heli(*words, "--plot", figure, "--output", table, "--json")
     assert first.exit_code == 0, first.output

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad_vec
 
-from heli_identifier.online import IdentifierSettings, ModelParameters
+from heli_identifier.online import IdentifierSettings, ModelParameters, prepare
 from heli_identifier.online import linear_algebra as algebra
-from heli_identifier.online.adaptation import adapt, gain_matrix, initial_factor
+from heli_identifier.online.adaptation import AxisState, adapt_axis, gain_matrix, initial_factor
 from heli_identifier.online.excitation import paper_excitation
 from heli_identifier.online.signals import advance_signals, regressions, settled_signals
 from heli_identifier.online.state_filter import discretise, filter_lagged, filter_line
@@ -74,10 +74,12 @@ def test_standard_errors_cover_the_error_that_encoders_cause_and_a_rest_angle_is
 
 def run(phi, y, alpha, gain, limit=inf, h=H, omega_0=None):
     n = phi.shape[1]
-    factor, omega = initial_factor([gain] * n), list(omega_0 if omega_0 is not None else [0.0] * n)
-    for k, (row, value) in enumerate(zip(phi.tolist(), y.tolist(), strict=True)):
-        adapt(factor, omega, row, value, k, alpha, h, limit)
-    return np.array(gain_matrix(factor, n)), np.array(omega)
+    plan = prepare(IdentifierSettings(sample_time=h, forgetting=alpha, gain_limit=limit))
+    first = tuple(omega_0) if omega_0 is not None else (0.0,) * n
+    axis = AxisState(tuple(initial_factor([gain] * n)), first, 0.0, (0.0,) * (n + 1), None, ())
+    for k, z in enumerate(np.column_stack([phi, y]).tolist()):
+        axis = adapt_axis(axis, z, k, plan)
+    return np.array(gain_matrix(axis.factor, n)), np.array(axis.omega)
 
 
 @settings(max_examples=12, deadline=None)

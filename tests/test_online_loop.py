@@ -1,6 +1,6 @@
-"""Standard errors honest for coloured residuals, excitation levels; only what came from outside a loop counts."""
+"""Standard errors honest for coloured residuals; only what came from outside a loop counts."""
 
-from math import cos, exp, radians, sqrt
+from math import exp, sqrt
 
 import numpy as np
 import pytest
@@ -123,7 +123,7 @@ INTERVAL = 0.2
 def blocks_of(z, alpha=0.0):
     m = moments.initial_moments(z.shape[1])
     for row in z.tolist():
-        m = moments.add_products(m, outer(row), 1.0, INTERVAL, alpha, 20.0)
+        m = moments.add_products(m, outer(row), 1.0, INTERVAL, alpha)
     return m
 
 
@@ -134,14 +134,12 @@ def errors(z, gain, omega, alpha=0.0):
 
 @settings(max_examples=15, deadline=None)
 @given(st.integers(3, 1500))
-def test_merging_blocks_loses_nothing_and_the_window_is_an_exponential_mean(samples):
+def test_merging_blocks_loses_nothing(samples):
     z = np.random.default_rng(samples).standard_normal((samples, 3))
     m = blocks_of(z)
     _, blocks = moments.weighted_blocks(m, 0.0, INTERVAL)
     np.testing.assert_allclose(np.sum(blocks, axis=0), (z.T @ z)[np.triu_indices(3)], rtol=1e-9, atol=1e-9)
     assert len(m.blocks) < moments.CAPACITY and len(m.blocks) * m.length + m.filled == samples
-    kept = exp(-INTERVAL / 20.0)
-    assert m.window[0] == pytest.approx((1.0 - kept) * kept ** np.arange(samples - 1, -1, -1) @ z[:, 0] ** 2)
 
 
 def fit(phi, y, alpha):
@@ -177,31 +175,3 @@ def test_intervals_cover_the_truth_under_coloured_residuals(alpha, count):
     gain, omega = fit(phi, phi @ [1.0, 1.0], 0.0)
     found = errors(np.column_stack([phi, phi @ [1.0, 1.0]]), gain, omega)
     np.testing.assert_allclose(found, [sqrt(gain[0, 0]), sqrt(gain[1, 1])])
-
-
-def level(*columns):
-    """The level of all columns but the last, which stands for y."""
-    z = np.column_stack(columns)
-    gram = (z.T @ z / len(z))[np.triu_indices(z.shape[1])]
-    return moments.excitation_level(gram.tolist(), z.shape[1], z.shape[1] - 1)
-
-
-@settings(max_examples=30, deadline=None)
-@given(st.integers(1, 6), st.integers(0, 2**32 - 1))
-def test_the_smallest_eigenvalue_is_that_of_lapack(n, seed):
-    x = np.random.default_rng(seed).standard_normal((n, n)) * np.geomspace(1e-3, 1.0, n)
-    a = x @ x.T / np.sum(x * x)  # all eigenvalues are between 0 and 1
-    # A pivot counts as zero from 1e-10 of its diagonal element on.
-    rows = [row[i:].tolist() for i, row in enumerate(a)]
-    assert moments.smallest_eigenvalue(rows) == pytest.approx(np.linalg.eigvalsh(a)[0], abs=1e-9)
-
-
-def test_the_level_is_an_angle_free_of_units_and_zero_where_something_cannot_be_seen():
-    t = np.linspace(0.0, 2 * np.pi, 1000, endpoint=False)
-    # Against the silence of 1e-2 a signal of rms .35 counts (.35^2)/(.35^2 + 1e-4): 1 - 8e-4.
-    assert level(1e3 * np.sin(t), np.cos(t), 0.5 * np.sin(2 * t), t) == pytest.approx(1.0, abs=1e-3)
-    # Eigenvalues of [[1, c], [c, 1]] are 1 +- c; silence takes 2e-4 of the unit diagonal and the same share of c.
-    assert level(np.sin(t), np.sin(t + radians(20.0)), t) == pytest.approx(1.0 - cos(radians(20.0)), rel=3e-4)
-    assert level(np.sin(t), np.cos(t), np.sin(t) + np.cos(t), t) < 1e-5
-    assert level(np.sin(t), 1e-6 * np.cos(t), t) < 1e-5
-    assert moments.excitation_level([0.0] * 6, 3, 2) == 0.0

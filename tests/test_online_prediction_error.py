@@ -82,7 +82,7 @@ def test_the_slopes_are_the_derivatives_of_the_innovations():
     x = np.random.default_rng(1).standard_normal(600)
     memory, found, noise = [settled_memory(x[0], USUAL)], [], initial_noise(1.0)
     for value in x:
-        found.append((bandwidth_slope(noise, USUAL), memory[0].corner_slope))
+        found.append((bandwidth_slope(noise, USUAL), memory[0][-1]))
         memory, (e,) = whiten(memory, (value,), USUAL)
         noise = update_noise(noise, e, 1.0, found[-1][0], H, 1.0)
     d = 1e-5

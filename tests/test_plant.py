@@ -12,9 +12,9 @@ from scipy.signal import cont2discrete
 from heli_plant.communication import quantise
 from heli_plant.compiled import compile_function, parameter_record
 from heli_plant.laws import motor_input, switched_on, thrust_voltages
-from heli_plant.motor import decay_factor, lag_voltage, mean_held, remember, saturate
+from heli_plant.motor import approach, decay_factor, mean_held, remember, saturate
 from heli_plant.parameters import TABLE_2
-from heli_plant.plant import STOP_RATE, accelerations, delayed_input, mass_after, measured_angles, rigid_start, step
+from heli_plant.plant import accelerations, delayed_input, mass_after, measured_angles, rigid_start, step
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, rest_state, start_state
 
@@ -90,26 +90,6 @@ def test_moving_mass_travels_at_the_lead_screws_speed_to_its_goal_and_shifts_the
         assert state.elevation == pytest.approx(-(p.a_1 + p.ado_offset * x) / (p.a_e + p.ado_stiffness * x), abs=1e-9)
 
 
-def test_a_stop_holds_the_pitch_and_lets_it_go():
-    """It runs into the stop by w / (e STOP_RATE), rests a / STOP_RATE^2 beyond it, and is not held there."""
-    limit, driven = 0.5, TABLE_2.k_x * 6.0
-    p = TABLE_2._replace(pitch_stop=limit)
-    against, _ = simulate(np.tile((3.0, -3.0), (2000, 1)), 0.001, rest_state(p), p)
-    assert limit < against[:, 0].max() == pytest.approx(limit + against[:, 3].max() / (np.e * STOP_RATE), rel=2e-3)
-    rest = limit + (driven - p.a_th * sin(limit - p.theta0)) / STOP_RATE**2
-    assert against[-1, 0] == pytest.approx(rest, abs=1e-6) and abs(against[-1, 3]) < 1e-6
-    away, _ = simulate(np.tile((-1.0, 1.0), (1000, 1)), 0.001, PlantState(*against[-1]), p)
-    assert away[-1, 0] < limit - 0.3
-
-
-@given(st.floats(-0.49, 0.49), st.floats(-3.0, 3.0))
-def test_within_its_stops_the_pitch_moves_as_without(pitch, rate):
-    at = dict(t=0, ep=0.2, la=0, w_ep=0, w_la=0, mu_diff=1.0, mu_sum=2.0, mass_position=0.0, cable_rest=0)
-    p = TABLE_2._replace(pitch_stop=0.5)
-    with_stops, without = (accelerations(th=pitch, w_th=rate, **at, switches=switched_on(q), p=q) for q in (p, TABLE_2))
-    assert with_stops == without
-
-
 BENDING = TABLE_2._replace(arm_bending_elevation=0.004, bending_frequency=3.0, bending_damping=0.05)
 
 
@@ -150,8 +130,8 @@ def test_lag_is_scipys_zero_order_hold_discretisation(nu, v, h, T):
     A, B = np.array([[-1 / T]]), np.array([[1 / T]])
     a, b, *_ = cont2discrete((A, B, np.eye(1), np.zeros((1, 1))), h, "zoh")
     assert decay_factor(h, T) == pytest.approx(a[0, 0], rel=1e-9, abs=1e-14)  # scipy's exponential at h/T up to 1000
-    assert lag_voltage(nu, v, h, T) == pytest.approx(a[0, 0] * nu + b[0, 0] * v, rel=1e-9, abs=1e-9)
-    assert lag_voltage(nu, v, h, 0.0) == v
+    assert approach(nu, v, decay_factor(h, T)) == pytest.approx(a[0, 0] * nu + b[0, 0] * v, rel=1e-9, abs=1e-9)
+    assert approach(nu, v, decay_factor(h, 0.0)) == v
 
 
 @given(angle, angle, st.sampled_from([360, 4096, 8192]))

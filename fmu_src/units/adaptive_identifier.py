@@ -28,7 +28,6 @@ _OUTPUTS = (
     *for_each(_ESTIMATED, output, "{0}", "{1}", "estimate: {2}", ("initial.{0}",)),
     *for_each(_ESTIMATED, output, "standard_error.{0}", "{1}", "standard error of {0}: {2}", _ERRORS_DEPEND_ON),
     *for_each(AXES, output, "sigma.{}", "rad/s^2", "adaptation error of the {}"),
-    *for_each(AXES, output, "excitation.{}", "1", "excitation level of the {}, 0 to 1"),
     *for_each(
         _ESTIMATED, output, "determined.{0}", "1",
         "1: half the 95 % interval of {0} is at most a tenth of its value, else 0",
@@ -59,7 +58,6 @@ _SETTINGS = (
     _setting("motor.time_constant", "motor_time_constant", "lag of both motors", "s", 0.0, 5.0),
     _setting("motor.lag_known", "lag_known", "prediction errors estimate no lag, it is motor.time_constant"),
     _setting("motor.voltage_limit", "voltage_limit", "saturation of both voltages", "V", 1e-6, 1e3),
-    _setting("excitation.window", "excitation_window", "window of the excitation level", "s", 1e-3, 1e6),
     _setting("report.interval", "report_interval", "time between two standard errors", "s", 1e-5, 1e6),
     *for_each(_ESTIMATED, _setting, "initial.{0}", "initial.{0}", "initial estimate: {2}", "{1}", -1e6, 1e6),
 )
@@ -73,7 +71,6 @@ def output_values(estimate: online.IdentifierOutput, is_in_closed_loop: bool) ->
         *estimate.parameters,
         *estimate.standard_errors,
         *estimate.sigma,
-        *estimate.excitation,
         *[float(online.is_determined(value, error, unit)) for value, error, unit in triples],
         *estimate.lag,
         *estimate.feedback,

@@ -46,17 +46,14 @@ def to_file(text: str) -> Any:
 
 
 LOGS = argument(..., "Measured logs, CSV or MATLAB, 50 Hz to 2 kHz, all of one rig.", "LOG")
-OF_RIG = "Configuration of the rig, written by `heli init`; heli.toml of this folder by default."
-CONFIG = option(None, OF_RIG, "FILE", "--config", "-c")
+CONFIG = option(None, "Configuration of the rig; by default heli.toml of this folder.", "FILE", "--config", "-c")
 FROM = option(None, "First instant used, in the log's own time.", "SECONDS", "--from")
 TO = option(None, "Last instant used, in the log's own time.", "SECONDS", "--to")
 JSON = flag("Print the result as JSON, and nothing else, on standard output.", "--json")
 VERBOSE = flag("Print more: intervals, reasons, what was tried.", "--verbose", "-v")
-SETTING = "A parameter by its structured name; may be repeated."
-SETTINGS = option([], SETTING, "NAME=VALUE", "--set", "-s", show_default=False)
+SETTINGS = option([], "A parameter by its name; repeatable.", "NAME=VALUE", "--set", "-s", show_default=False)
 PARAMETERS = option(None, "parameters.json of a diagnosis, for the unit it names.", "FILE", "--parameters", "-p")
 PLANT_FILE = Path("parameters.json")
-PERIOD = option(None, "Sampling period; heli.toml's or 0.01.", "SECONDS")
 PLANT = argument(PLANT_FILE, "parameters.json of a diagnosis or identification.", "FILE")
 USUAL = "A datagram's doubles by name in their order, or json; by default"
 LAYOUT = option(None, f"{USUAL} 'sequence time v_front v_rear pitch elevation travel'.", "NAMES")
@@ -113,14 +110,6 @@ def spread_options(words: Iterable[str]) -> list[str]:
             spread.append(VALIDATE)
         spread.append(word)
     return spread
-
-
-def refuse_idle(context: typer.Context, why: str, *names: str) -> None:
-    """Refuse the parameters of these ``names`` if they were given: with the other ones they have no effect."""
-    for parameter in context.command.params:
-        source = context.get_parameter_source(str(parameter.name))
-        given = source is not None and source.name == "COMMANDLINE"
-        refuse(given and parameter.name in names, f"{parameter.opts[0]} {why}.")
 
 
 # --- logs and configuration ------------------------------------------------------------------------------------------

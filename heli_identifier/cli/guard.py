@@ -10,23 +10,21 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import wraps
+from inspect import signature
 from pathlib import Path
 from typing import Any, cast
 
 import typer
 
 from fmu_src.errors import FmuError
-from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, IdentifierError, refuse
+from heli_identifier.errors import CONFIGURATION_NAME, IdentifierError, refuse
 from heli_identifier.files import PROTECTED, is_protected
-from heli_identifier.processes import clean_up_on_signals, memory_limits
+from heli_identifier.processes import clean_up_on_signals
 from heli_plant.errors import PlantError
 
 FAILED, BAD_INPUT, PROGRAM_ERROR, INTERRUPTED = 1, 2, 70, 130
 """Exit codes: the model no longer explains a log, or a rig could not be diagnosed; bad usage, or data that cannot be
 used; a programming error (EX_SOFTWARE of sysexits.h); Ctrl-C, as every command that it ends gives it."""
-
-LEAST_MEMORY = 1000
-"""Address space [MB] that every command needs: `heli design` takes 760, most others 130 to 510."""
 
 
 @contextmanager
@@ -51,12 +49,12 @@ def report_errors() -> Iterator[None]:
 
 
 def check_command(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Wrap a command: it begins only with enough memory, and with output files that it does not read."""
+    """Wrap a command: it begins only with options that have an effect, and with output files that it does not read."""
 
     @wraps(command)
     def run(**options: Any) -> Any:
         with report_errors():  # inside the parser, which handles a broken pipe in its own way
-            require_memory()
+            refuse_idle(command, options)
             check_files(options)
             return command(**options)
 
@@ -83,32 +81,38 @@ def error_sentence(error: Any) -> str | None:
     return sentence if error.filename is None else f"{error.filename}: {sentence}"
 
 
+def only_with(**others: str) -> Callable[[Callable[..., Any]], Any]:
+    """Say of options of the command below with which others they have an effect; ``not x``: where x is not given."""
+
+    def mark(command: Any) -> Any:
+        command.only_with = others
+        return command
+
+    return mark
+
+
+def refuse_idle(command: Any, options: Mapping[str, object]) -> None:
+    """Refuse an option that has no effect with the others, as :func:`only_with` says."""
+    declared = {name: parameter.default for name, parameter in signature(command).parameters.items()}
+    given = {name for name, value in options.items() if value != declared[name].default}
+    for name, rule in getattr(command, "only_with", {}).items():
+        *ruled_out, other = rule.split()
+        shown = [(declared[key].param_decls or [f"--{key.replace('_', '-')}"])[0] for key in (name, other)]
+        wording = "{} has no effect with {}." if ruled_out else "{} has an effect only with {}."
+        refuse(name in given and (other in given) == bool(ruled_out), wording.format(*shown))
+
+
 _WRITTEN = ("output", "junit", "plot")
 """Options that name a file to write."""
 
 
 def check_files(options: Mapping[str, object]) -> None:
-    """Refuse to write over a file that the command reads, such as a measured log, or one file twice."""
+    """Refuse to write over a file that the command reads, such as a measured log."""
     written = [path for key in _WRITTEN if isinstance(path := options.get(key), Path)]
-    real_paths = [Path(os.path.realpath(path)) for path in written]
-    if twice := [path for path in real_paths if real_paths.count(path) > 1 and (path.is_file() or not path.exists())]:
-        raise ConfigurationError(f"two results are to be written to {twice[0].name}; name one file for each.")
     values = [value if isinstance(value, list) else [value] for key, value in options.items() if key not in _WRITTEN]
     PROTECTED.extend(path for several in values for path in several if isinstance(path, Path))
     PROTECTED.extend(Path(word.partition("=")[2].strip()) for word in cast(list[str], options.get("fmu", [])))
     if "config" in options and options["config"] is None:
         PROTECTED.append(Path(CONFIGURATION_NAME))  # of this folder, which is read where none is named
-    if read_as_well := [path for path in written if is_protected(path)]:
-        raise ConfigurationError(f"{read_as_well[0]} is read by this command and not written over; name another.")
-
-
-def require_memory() -> None:
-    """Refuse a limit of the memory (ulimit -v, ulimit -d) that is too low to load the libraries.
-
-    If they get no memory while they are loaded, they end the process without a message, or wait for ever. Under a limit
-    that is high enough, the linear algebra is loaded at once, before data take the memory.
-    """
-    for limit, name in memory_limits():
-        allowed = f"this process may use {limit / 1e6:.0f} MB of memory ({name})"
-        refuse(limit < 1e6 * LEAST_MEMORY, f"{allowed}, a command needs {LEAST_MEMORY} MB; raise the limit.")
-        import scipy.linalg  # noqa: F401
+    for path in written:
+        refuse(is_protected(path), f"{path} is read by this command and not written over; name another.")

@@ -11,14 +11,12 @@ from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, flag, option
-from heli_identifier.cli.guard import FAILED
+from heli_identifier.cli.guard import FAILED, only_with
 from heli_identifier.cli.terminal import note, print_notes, progress_bar
-from heli_identifier.errors import ConfigurationError, refuse, require_positive
+from heli_identifier.errors import ConfigurationError, require_positive
 from heli_identifier.files import write_atomically
 
 HELD_OUT = "Held-out logs; by default the last log, or the last third of a single one."
-FLOWN = "controller.json of what flew; by default controller.pid of heli.toml."
-PREDICTED = "Log on which both plants are to predict; may be repeated."
 
 
 def diagnose(
@@ -118,13 +116,13 @@ def identify(
     terminal.show(identified, json, written=(output, identified.files))
 
 
+@only_with(controller="limit", factor="not limit")
 def check(
-    context: typer.Context,
     logs: list[Path] = args.LOGS,
     parameters: Path = option(args.PLANT_FILE, "parameters.json of a diagnosis.", "FILE", "--parameters", "-p"),
     factor: float = option(1.3, "Error allowed, as a multiple of the expected one.", "FACTOR"),
     junit: Path | None = option(None, "Write the outcome as JUnit XML.", "FILE"),
-    controller: Path | None = option(None, FLOWN, "FILE"),
+    controller: Path | None = option(None, "controller.json of what flew; else controller.pid of heli.toml.", "FILE"),
     limit: float | None = option(None, "Hold the closed loop's error over 3 s of every followed axis to this.", "MRAD"),
     start: float | None = args.FROM,
     end: float | None = args.TO,
@@ -143,13 +141,11 @@ def check(
     recorded, configuration = args.read_logs_of_rig(logs, config, start, end)
     if limit is not None:
         require_positive("--limit", limit, "mrad")
-        args.refuse_idle(context, "multiplies the error of a prediction; --limit holds the closed loop's", "factor")
         if (flown := controller or configuration.controller.pid) is None:
             raise ConfigurationError("--limit needs --controller FILE, or [controller.pid] of heli.toml.")
         outcome = tools.check_closed_loop(recorded, expected, flown, 1e-3 * limit)
         failed = f"the closed loop errs by more than {limit:g} mrad"
     else:
-        refuse(controller is not None, "--controller needs --limit MRAD, to which the closed loop's error is held.")
         outcome = hi.check(recorded, expected, factor)
         failed = "the model no longer explains these logs: run `heli diagnose` on them"
     if junit is not None:
@@ -160,11 +156,11 @@ def check(
         raise typer.Exit(FAILED)
 
 
+@only_with(start="log", end="log", config="log")
 def compare(
-    context: typer.Context,
     first: Path = argument(..., "Folder that `heli diagnose` wrote.", "FIRST"),
     second: Path = argument(..., "Another one, of this rig or of another.", "SECOND"),
-    log: list[Path] = option([], PREDICTED, "LOG", show_default=False),
+    log: list[Path] = option([], "Log on which both plants are to predict; repeatable.", "LOG", show_default=False),
     start: float | None = args.FROM,
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,
@@ -176,7 +172,5 @@ def compare(
     A plant is better on a log where the interval of its error 1 s ahead (.2 s where a controller flew) lies below the
     other's.
     """
-    if not log:
-        args.refuse_idle(context, "says how logs are read; name one with --log", "start", "end", "config")
     recorded = args.read_logs_of_rig(log, config, start, end)[0] if log else ()
     terminal.show(hi.compare(first, second, recorded), json, verbose)

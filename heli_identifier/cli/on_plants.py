@@ -1,14 +1,13 @@
 """Commands on a plant: effects, design, linearise, design-controller."""
 
-from dataclasses import replace
+from dataclasses import asdict
 from io import BytesIO
 from pathlib import Path
 
-import typer
-
 from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
-from heli_identifier.cli.arguments import flag, option
+from heli_identifier.cli.arguments import argument, flag, option
+from heli_identifier.cli.guard import only_with
 from heli_identifier.cli.terminal import note, print_answer, progress_bar
 from heli_identifier.errors import refuse, require_range
 from heli_plant.control import PidSettings
@@ -18,35 +17,28 @@ from heli_plant.state_feedback import FeedbackSettings
 
 
 def effects(
-    axis: str = option("", "Only effects on this axis: pitch, elevation, travel or rotors.", "AXIS"),
     json: bool = args.JSON,
     verbose: bool = args.VERBOSE,
 ) -> None:
     """List every effect that a model may lack: its law, unit, plausible range and source."""
-    axes = sorted({entry.axis for entry in CATALOGUE})
-    refuse(axis not in ("", *axes), f"no effect acts on the axis {axis!r}, choose one of {', '.join(axes)}.")
     document, rows = [], []
     for effect in CATALOGUE:
-        if axis not in ("", effect.axis):
-            continue
+        entry = asdict(effect) | {"parameter": f"effects.{effect.name}.{effect.axis}"}
+        document.append({name: value for name, value in entry.items() if name != "function"})
         span = results.typeset(f" {effect.lower:g} to {effect.upper:g}").strip()
         shapes = ", ".join(results.label_with_unit(shape.name, shape.unit) for shape in effect.shapes)
         law, unit = results.law_text(effect.law), results.unit_text(effect.unit)
         rows.append((effect.name, effect.axis, law, unit, span, shapes, effect.source))
-        shape_entries = [{"name": s.name, "unit": s.unit, "range": [s.lower, s.upper]} for s in effect.shapes]
-        parameter, plausible = f"effects.{effect.name}.{effect.axis}", [effect.lower, effect.upper]
-        entry = {"name": effect.name, "axis": effect.axis, "parameter": parameter, "law": effect.law}
-        document.append(
-            entry | {"unit": effect.unit, "range": plausible, "source": effect.source, "shapes": shape_entries}
-        )
     columns = ("effect", "axis", "law", "unit of c", "range of c", "shapes", "source")[: None if verbose else 5]
     print_answer(json, document, [results.Table("Effects", columns, [row[: len(columns)] for row in rows])])
 
 
+@only_with(
+    hover="closed_loop", controller="closed_loop", settings="closed_loop", voltage_limit="not closed_loop",
+    output="not closed_loop",
+)  # fmt: skip
 def design(
-    context: typer.Context,
-    separate: tuple[str, str] | None = option(None, "Two effects to separate, each NAME or NAME:AXIS.", "A B"),
-    show: str | None = option(None, "One effect to make visible, NAME or NAME:AXIS.", "A"),
+    named: list[str] = argument([], "One effect to show, or two to separate, each NAME or NAME:AXIS.", "EFFECT"),
     parameters: Path | None = args.PARAMETERS,
     duration: float = option(90.0, "Length of the experiment, 20 to 3600.", "SECONDS"),
     pitch_limit: float = option(1.2, "Largest pitch either way.", "RAD"),
@@ -66,14 +58,10 @@ def design(
     pitch.proportional=6.
     """
     require_range("duration", duration, "s", 20.0, 3600.0)
-    one_task = [separate is not None, show is not None, closed_loop].count(True) == 1
-    refuse(not one_task, "give one of --separate A B, --show A, and --closed-loop.")
-    foreign = not closed_loop and (controller is not None or bool(settings))
-    refuse(foreign, "--controller and --set are the controller's; give them with --closed-loop.")
+    no_task = len(named) > 2 or bool(named) == closed_loop
+    refuse(no_task, "name one effect to show, or two to separate, or give --closed-loop.")
     no_flight = f"keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad"
     if closed_loop:
-        args.refuse_idle(context, "is that of an open loop; here the plant's voltages saturate", "voltage_limit")
-        refuse(output is not None, "--output writes voltages of an open loop; with --closed-loop there are none.")
         plant = _read_plant(parameters)
         pid = args.read_controller(PidSettings(voltage_limit=plant.v_max), controller, settings)
         limits = tools.Limits(plant.v_max, pitch_limit, elevation_limit)
@@ -84,8 +72,7 @@ def design(
         remarks = [] if controller or settings else [default_gains]
         print_answer(json, results.to_json_value(outlooks), [tools.flight_table(outlooks)], remarks)
         return
-    args.refuse_idle(context, "is the hover of a flight; give it with --closed-loop", "hover")
-    entries = tools.find_effects(separate if separate is not None else (show or "",))
+    entries = tools.find_effects(named)
     plant, limits = _read_plant(parameters), tools.Limits(voltage_limit, pitch_limit, elevation_limit)
     with progress_bar() as progress:
         ranked = tools.rank_proposals(plant, entries, duration, limits, progress=progress)
@@ -109,7 +96,6 @@ def linearise(
     parameters: Path = args.PLANT,
     pitch: float = option(0.0, "Pitch of the operating point.", "RAD"),
     elevation: float = option(0.0, "Elevation of the operating point.", "RAD"),
-    period: float | None = args.PERIOD,
     config: Path | None = args.CONFIG,
     output: Path = args.folder("control"),
     json: bool = args.JSON,
@@ -125,9 +111,8 @@ def linearise(
     aim = args.find_configuration(config).controller
     with results.write_whole_folder(output) as draft:
         given = args.read_parameters_and_warn(parameters)
-        period = aim.period if period is None else replace(aim, period=period).period
         with progress_bar() as progress:
-            plants = tools.allowed_plants(given, pitch, elevation, period, tools.FEW, progress)
+            plants = tools.allowed_plants(given, pitch, elevation, aim.period, tools.FEW, progress)
         document, matlab = plants.document(), BytesIO()
         savemat(matlab, plants.matrices)
         files = {"linear_model.json": document, "linear_model.mat": matlab.getvalue()}
@@ -141,7 +126,6 @@ def design_controller(
     axis: str = option("travel", "Angle controlled beside the elevation: pitch or travel.", "AXIS"),
     elevation: float = option(0.1, "Elevation of the operating point.", "RAD"),
     pitch: float = option(0.0, "Pitch of the operating point, with --axis pitch.", "RAD"),
-    period: float | None = args.PERIOD,
     plants: int = option(1000, "Plants over which the designs are judged.", "N"),
     config: Path | None = args.CONFIG,
     output: Path = args.folder("control"),
@@ -156,7 +140,6 @@ def design_controller(
 
     require_range("plants", plants, "1", 20, 20_000)
     aim = args.find_configuration(config).controller
-    aim = aim if period is None else replace(aim, period=period)
     with results.write_whole_folder(output, ("controller.c", "controller.h")) as draft:
         given = args.read_parameters_and_warn(parameters)
         with progress_bar() as progress:

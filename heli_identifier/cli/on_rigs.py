@@ -14,14 +14,9 @@ from heli_identifier.cli.arguments import argument, option
 from heli_identifier.cli.guard import FAILED
 from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, print_answer, print_notes, progress_bar, warn
-from heli_identifier.errors import CONFIGURATION_NAME, IdentifierError, LogError, refuse
+from heli_identifier.errors import CONFIGURATION_NAME, IdentifierError, LogError
 
-RIG_FOLDER = (
-    "Folder of one rig: its logs, CSV or MATLAB, and its heli.toml if it has one. A log whose name begins with held is "
-    "held out, else the last one."
-)
-OF_RIGS = "Folder with a sub-folder for each rig, with its logs as for `heli fleet`."
-TO_INIT = "Configuration to write (.toml), or a log to look into."
+RIG_FOLDER = "Folder of one rig: logs, heli.toml. A log whose name begins with held is held out, else the last one."
 
 
 def fleet(
@@ -62,7 +57,7 @@ def fleet(
 
 
 def campaign(
-    folder: Path = argument(..., OF_RIGS, "FOLDER"),
+    folder: Path = argument(..., "Folder with a sub-folder of logs for each rig, as `heli fleet`.", "FOLDER"),
     output: Path = args.folder("campaign"),
     workers: int | None = option(None, "Processes on this machine; one per core by default.", "N"),
     scheduler: str | None = option(None, "Dask scheduler of a cluster of machines, tcp://host:8786.", "ADDRESS"),
@@ -87,18 +82,16 @@ def campaign(
 
 
 def init(
-    file: Path | None = argument(None, TO_INIT, "FILE|LOG"),
-    output: Path | None = args.to_file("Configuration to write; heli.toml by default."),
+    log: Path | None = argument(None, "Log to look into.", "LOG"),
+    output: Path = option(Path(CONFIGURATION_NAME), "Configuration to write.", "FILE", "--output", "-o"),
 ) -> None:
     """Write a commented configuration: names of columns, units, signs, limits, encoders, motor lag.
 
     With a log it is the configuration that reads this log: columns, units and signs are guessed by their names and by
     physics, each with its reason, to be confirmed.
     """
-    log, to = (file, output) if file and file.suffix != ".toml" else (None, file or output)
-    refuse(output not in (None, to), f"{file} and --output {output} both name the configuration to write; keep one.")
     guess = records.guess(log) if log else None
-    path = records.write_template(to or CONFIGURATION_NAME, guess)
+    path = records.write_template(output, guess)
     if log and guess:
         log_format, reasons, rows = guess.format, guess.reasons, []
         for signal, header in log_format.columns.items():

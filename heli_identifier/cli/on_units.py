@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from math import floor, pi
+from math import floor
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +15,16 @@ from fmu_src import master
 from heli_identifier import records, results
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import argument, flag, option
+from heli_identifier.cli.guard import only_with
 from heli_identifier.cli.terminal import note, print_answer, progress_bar, warn
 from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.files import write_atomically
 
 TO_BUILD = "Units to build; all if none is named."
-RUNS = "With --native: N more runs, the plant's parameters drawn by the standard errors of --parameters."
+RUNS = "N more runs, of units in C, the plant's parameters drawn by the standard errors of --parameters."
 
 
+@only_with(fmi="native", all_platforms="native", model_exchange="native")
 def build(
     units: list[str] = argument([], TO_BUILD, "UNIT", autocompletion=lambda: list(fmu_src.UNITS)),
     output: Path = args.folder("build"),
@@ -40,9 +42,6 @@ def build(
     """
     from fmu_src.native import NATIVE_UNITS
 
-    native_options = {"--all-platforms": all_platforms, "--model-exchange": model_exchange, f"--fmi {fmi}": fmi != 2}
-    for name, given in native_options.items():
-        refuse(given and not native, f"{name} belongs to native units; add --native.")
     names = units or list(NATIVE_UNITS if native else fmu_src.UNITS)
     sets = args.read_parameters_by_unit(parameters, names, f"which is not among {', '.join(names)}")
     several = bool(settings) and len(names) != 1
@@ -89,8 +88,8 @@ def ssp(
     typer.echo(_with_size(path))
 
 
+@only_with(runs="parameters", seed="runs")
 def simulate(
-    context: typer.Context,
     scenario: str = args.scenario_name("open_loop"),
     duration: float | None = option(None, "Length; by default the log's, or 60 s.", "SECONDS", "--duration", "-d"),
     step: float | None = option(None, "Communication step; by default the log's, or 0.01 s.", "SECONDS"),
@@ -113,9 +112,6 @@ def simulate(
     """Run units wired together, and print or draw what they did."""
     no_svg = plot is not None and plot.suffix.lower() != ".svg"
     refuse(no_svg, f"--plot {plot} must end in .svg; a browser prints that as PDF.")
-    refuse(runs is not None and not native, "--runs needs units in C; add --native.")
-    if runs is None:
-        args.refuse_idle(context, "is that of the draws of --runs", "seed")
     files = args.parse_assignments(fmu, "--fmu", "UNIT=FILE, as plant=result/HelicopterPlant.fmu")
     values = args.scenario_values(scenario, controller, ())
     values |= args.scenario_values(scenario, parameters, settings, files)
@@ -127,18 +123,18 @@ def simulate(
             if recorded and 0.0 < step <= duration:  # the master refuses another step with its bounds
                 duration = floor(duration / step + 1e-6) * step
         more: dict[str, Any] = {"progress": not json and sys.stderr.isatty(), "native": native}
-        if runs is not None:
+        if runs is not None and parameters is not None:
             more = _variations(scenario, parameters, args.parse_assignments(settings), runs, seed)
         result = master.run_apart(scenario, duration, step, {**played, **values}, files, **more)
     if output is not None:
         result.write_csv(output)
     if plot is not None:
         write_atomically(plot, results.figure_file(results.run_figure(result, recorded)))
-    _print_run(result, recorded, json, verbose)
+    _print_run(result, json, verbose)
 
 
-def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) -> None:
-    """Print figures of every output, for many runs the range of 95 % of them, and the plant's error against a log."""
+def _print_run(result: Any, json: bool, everything: bool) -> None:
+    """Print figures of every output, for many runs the range of 95 % of them."""
     values, bands, end = result.values, result.bands, f"{result.time[-1]:g} s"
     if bands is not None:
         title = f"{bands.runs} runs of {end}; 95 % of them lie between low and high"
@@ -159,31 +155,8 @@ def _print_run(result: Any, log: "hi.Log | None", json: bool, everything: bool) 
         document = {"runs": bands.runs, "refused": len(bands.refused), "outputs": outputs}
         if refused := bands.refused:
             warn(f"{len(refused)} of {bands.runs + len(refused)} runs were refused; first: {refused[0]}")
-    elif log is not None and (errors := _errors_against(result, log)):
-        for output in (output for output in outputs if output["name"] in errors):
-            output["rms_error"] = errors[output["name"]]
-        error_text = ", ".join(
-            f"{name.removeprefix('plant.')} {results.to_digits(1e3 * value)} mrad"
-            + (" (it runs away)" if value > pi else "")
-            for name, value in errors.items()
-        )
-        if not json:
-            typer.echo(f"RMS error of the plant against {log.path}: {error_text}")
     heads = ("output", *(name.removeprefix("last_") for name in figures), "unit")
     print_answer(json, document, [results.Table(title, heads, rows)])
-
-
-def _errors_against(result: Any, log: "hi.Log") -> dict[str, float]:
-    """Return root-mean-square errors [rad] of the plant's angles against a log, interpolated by straight lines."""
-    import numpy as np
-
-    names = [f"plant.{axis}" for axis in fmu_src.AXES]
-    if not set(names) <= set(result.names):
-        return {}
-    within = result.time <= log.time[-1] + 1e-9 * log.step
-    measured = np.column_stack([np.interp(result.time[within], log.time, column) for column in log.angles.T])
-    errors = result.columns(*names)[within] - measured
-    return dict(zip(names, np.sqrt((errors**2).mean(axis=0)).tolist(), strict=True))
 
 
 @contextmanager
@@ -206,14 +179,8 @@ def _play_log(
         yield log, {name: value for name, value in values.items() if name.partition(".")[0] in units}
 
 
-def _variations(
-    scenario: str, file: Path | None, given: Mapping[str, Any], count: int, seed: int
-) -> dict[str, list[Any]]:
+def _variations(scenario: str, file: Path, given: Mapping[str, Any], count: int, seed: int) -> dict[str, list[Any]]:
     """Draw the plants' parameters that were not ``given`` by their standard errors; record the plants' outputs."""
-    if file is None:
-        raise ConfigurationError(
-            "--runs varies parameters by their standard errors; name the parameters.json of a diagnosis: --parameters."
-        )
     plants = [name for name, unit in fmu_src.scenario(scenario).units if unit == results.PLANT]
     refuse(not plants, f"--runs varies the {results.PLANT}, which scenario {scenario} does not have.")
     parameters = hi.read_parameters(file)

@@ -92,11 +92,10 @@ def note_written(folder: Path, names: Iterable[str], how: str = "") -> None:
 
 
 def print_notes(logs: "Sequence[hi.Log]") -> None:
-    """Print what was converted or repaired on reading, and find_suspicions about columns and signs."""
+    """Print what was converted or repaired on reading, and suspicions about columns and signs."""
     for log in logs:
         if log.notes:
             note(f"{log.path}: {results.typeset('; '.join(log.notes))}")
-    for log in logs:
         for text in records.find_suspicions(log):
             warn(f"{log.path}: {text}: `heli init LOG` writes a heli.toml with the columns and signs that fit")
 

@@ -22,7 +22,7 @@ WINDOWS = 3
 """Windows for which errors are kept. In one window of steady hover a wrong gain may predict better by chance, together
 with a wrong offset."""
 
-_FAST_STEP = 0.01  # longest step of a copy whose arm bends or whose pitch has stops [s]
+_FAST_STEP = 0.01  # longest step of a copy whose arm bends [s]
 _BATCH = 5  # comparisons in a batch, 1 s: errors of overlapping predictions are correlated
 Errors = tuple[Angles, ...]  # of predictions 1 s ahead, oldest first [rad]
 
@@ -73,7 +73,7 @@ class Predictions(NamedTuple):
         moved = []
         for copies, twin in zip(self.copies, twins, strict=True):
             running, p = copies.running, twin.parameters
-            parts = ceil(length / _FAST_STEP) if bends(p) or p.pitch_stop > 0.0 else 1
+            parts = ceil(length / _FAST_STEP) if bends(p) else 1
             for part in range(parts):
                 begin, h = time + part * length / parts, length / parts
                 running = tuple([step(state, *voltages, 0.0, begin, h, p) for state in running])

@@ -2,21 +2,16 @@
 
     Omega' = Gamma phi sigma,    Gamma' = alpha Gamma - Gamma phi phi^T Gamma,    sigma = y - phi^T Omega       (7)
 
-Gamma^-1 obeys the linear equation (Gamma^-1)' = -alpha Gamma^-1 + phi phi^T. Over one sampling period, with phi and y
-at its end, its solution is
-
-    Gamma_k^-1 = beta Gamma_(k-1)^-1 + w phi phi^T,    beta = exp(-alpha h),    w = (1 - beta)/alpha  (h if alpha = 0)
-
-so that (7) becomes recursive least squares with the forgetting factor beta and the measurement variance r = beta / w:
+Over one sampling period, with phi and y at its end, it is recursive least squares with the forgetting factor
+beta = exp(-alpha h) and the measurement variance r = beta alpha / (1 - beta), which is 1/h for alpha = 0:
 
     s     = r + phi^T Gamma phi
     Omega = Omega + Gamma phi (y - phi^T Omega) / s
     Gamma = (Gamma - Gamma phi phi^T Gamma / s) / beta
 
-Gamma has the same meaning and unit as in (7), for which Euler's method diverges once h phi^T Gamma phi exceeds 2. It is
-stored as U D U^T, U unit upper triangular, and updated by Bierman's algorithm: D, and so Gamma, stays positive in
-floating point. The factor is one flat list, column by column, D_j after the j elements of U above it: [D_0, U_01, D_1,
-...].
+Gamma is stored as U D U^T, U unit upper triangular, and updated by Bierman's algorithm: D, and so Gamma, stays positive
+in floating point. The factor is one flat list, column by column, D_j after the j elements of U above it: [D_0, U_01,
+D_1, ...].
 
 **Bounded gain.** Without excitation (7) lets Gamma grow as exp(alpha t). Here forgetting decreases in each direction as
 Gamma approaches a limit. It is the exact step of
@@ -33,26 +28,22 @@ Soderstrom, Theory and Practice of Recursive Identification, 1983, section 5.6),
 
     alpha_0(t) = A/tau exp(-t/tau),    share kept over samples n .. m: exp(-A (exp(-n h/tau) - exp(-m h/tau)))
 
-**An axis** of the identifier has the adaptation of its regression, standard errors and the excitation level. The
-adaptation takes every sample. The moments take means of z = (phi, y) over some twenty samples: s^2 F passes the encoder
-noise, which one sample in twenty would alias.
+**An axis** of the identifier has the adaptation of its regression, which takes every sample, and standard errors from
+moments, which take means of z = (phi, y) over some twenty samples: s^2 F passes the encoder noise, which one sample in
+twenty would alias.
 
 Sources: the paper, eq. (7); Bierman, Factorization Methods for Discrete Sequential Estimation, 1977, ch. V;
 Slotine and Li, Applied Nonlinear Control, 1991, section 8.7.5 (bounded-gain forgetting).
 """
 
 from collections.abc import Sequence
-from math import exp, expm1, inf, sqrt
+from math import exp, inf, sqrt
 from operator import add
 from typing import NamedTuple
 
 from .linear_algebra import hypotenuse, outer, unit_vector
-from .moments import Moments, add_products, excitation_level, initial_moments, standard_errors, weighted_blocks
+from .moments import Moments, add_products, initial_moments, standard_errors, weighted_blocks
 from .settings import AxisPlan, Plan
-
-_RESTORING_SHARE = 0.01  # share of the information that is forgotten before it is restored: overshoot over Gamma_max
-_LONGEST_RESTORING_INTERVAL = 1000  # in steps
-_SHORTEST_RESTORING_INTERVAL = 5  # in steps: one for each of five parameters
 
 
 def initial_factor(variances: Sequence[float]) -> list[float]:
@@ -109,32 +100,6 @@ def take_measurement(
     return sigma, s
 
 
-def measurement_noise(alpha: float, h: float) -> float:
-    """Return r [1/s] for forgetting ``alpha`` [1/s] and the period ``h`` [s]."""
-    # r = beta / w = alpha / (exp(alpha h) - 1); expm1 keeps it exact for small alpha h.
-    return alpha / expm1(alpha * h) if alpha > 0.0 else 1.0 / h
-
-
-def adapt(
-    factor: list[float], omega: list[float], phi: Sequence[float], y: float, count: int, alpha: float, h: float,
-    limit: float,
-) -> float:  # fmt: skip
-    """Advance (7) by a sampling period ``h`` [s], in place; return the previous sigma. ``limit`` is Gamma_max.
-
-    ``count`` numbers the steps from 0; it determines the unit vector, if any, whose information is restored.
-    """
-    n = len(omega)
-    sigma, _ = take_measurement(factor, omega, phi, y, measurement_noise(alpha, h), exp(-alpha * h))
-    if alpha == 0.0 or limit == inf:
-        return sigma
-    interval = round(_RESTORING_SHARE / (alpha * h))
-    interval = min(max(interval, _SHORTEST_RESTORING_INTERVAL), _LONGEST_RESTORING_INTERVAL)
-    index = count % interval
-    if index < n:
-        take_measurement(factor, omega, unit_vector(index, n), omega[index], -limit / expm1(-alpha * h * interval), 1.0)
-    return sigma
-
-
 def increase_variance(factor: list[float], index: int, variance: float) -> None:
     """Add ``variance`` to the diagonal element ``index`` of Gamma, in place, because the parameter may have changed.
 
@@ -176,7 +141,6 @@ class AxisState(NamedTuple):
     sums: tuple[float, ...]  # of z, or of z z^T with prediction errors, since the last update of the moments
     moments: Moments
     standard_errors: tuple[float, ...]  # of the reported parameters at the last evaluation
-    excitation: float  # level [1] at the last evaluation
 
 
 def initial_axis(axis_plan: AxisPlan, plan: Plan) -> AxisState:
@@ -185,29 +149,32 @@ def initial_axis(axis_plan: AxisPlan, plan: Plan) -> AxisState:
     sums = (0.0,) * (size * (size + 1) // 2 if plan.predicting else size)
     errors = (sqrt(plan.settings.initial_gain),) * axis_plan.reported
     factor = tuple(initial_factor(axis_plan.prior))
-    return AxisState(factor, axis_plan.first, 0.0, sums, initial_moments(size), errors, 0.0)
+    return AxisState(factor, axis_plan.first, 0.0, sums, initial_moments(size), errors)
 
 
 def adapt_axis(axis: AxisState, z: tuple[float, ...], count: int, plan: Plan) -> AxisState:
-    """Return ``axis`` after one step of (7) on ``z`` = (phi, y); ``count`` numbers the steps."""
-    old_factor, old_omega, _, sums, moments, errors, excitation = axis
-    factor, omega, settings = list(old_factor), list(old_omega), plan.settings
-    sigma = adapt(factor, omega, z, z[-1], count, settings.forgetting, plan.sample_time, settings.gain_limit)
+    """Return ``axis`` after one step of (7) on ``z`` = (phi, y).
+
+    ``count`` numbers the steps from 0; it determines the unit vector, if any, whose information is restored.
+    """
+    old_factor, old_omega, _, sums, moments, errors = axis
+    factor, omega, index = list(old_factor), list(old_omega), count % plan.restoring_samples
+    sigma, _ = take_measurement(factor, omega, z, z[-1], plan.noise, plan.kept)
+    if index < len(omega) and plan.restoring_noise < inf:
+        take_measurement(factor, omega, unit_vector(index, len(omega)), omega[index], plan.restoring_noise, 1.0)
     sums = tuple(map(add, sums, z))
-    return AxisState(tuple(factor), tuple(omega), sigma, sums, moments, errors, excitation)
+    return AxisState(tuple(factor), tuple(omega), sigma, sums, moments, errors)
 
 
 def update_moments(axis: AxisState, count: int, plan: Plan) -> AxisState:
     """Return ``axis`` with the mean over the samples since the last update, up to number ``count``, in its moments."""
-    share, settings, weight = 1.0 / plan.moment_samples, plan.settings, 1.0
+    share, weight = 1.0 / plan.moment_samples, 1.0
     mean = [share * x for x in axis.sums]
     if plan.predicting:
         products, weight = mean, 1.0 / kept_information(count, count + 1, plan.sample_time)
     else:
         products = outer(mean)
-    moments = add_products(
-        axis.moments, products, weight, plan.moment_interval, settings.forgetting, settings.excitation_window
-    )
+    moments = add_products(axis.moments, products, weight, plan.moment_interval, plan.settings.forgetting)
     return axis._replace(sums=(0.0,) * len(mean), moments=moments)
 
 
@@ -238,7 +205,7 @@ def combinations(which: int, axis: AxisState, plan: Plan) -> tuple[tuple[float, 
 
 
 def evaluate_axis(axis: AxisState, combinations: tuple[tuple[float, ...], ...], count: int, plan: Plan) -> AxisState:
-    """Return ``axis`` with the standard errors of ``combinations`` of Omega without nu, and the excitation."""
+    """Return ``axis`` with the standard errors of ``combinations`` of Omega without nu."""
     moments, omega, interval, whitened = axis.moments, axis.omega, plan.moment_interval, plan.predicting
     n, reported = len(omega), len(combinations[0])
     rows = tuple([(*row, *([0.0] * (n - reported))) for row in combinations])
@@ -246,7 +213,4 @@ def evaluate_axis(axis: AxisState, combinations: tuple[tuple[float, ...], ...], 
     retained = kept_information(samples - 1, samples, plan.sample_time) if whitened else 1.0
     weights, blocks = weighted_blocks(moments, plan.settings.forgetting, interval, retained)
     gain = gain_matrix(axis.factor, n)
-    return axis._replace(
-        standard_errors=standard_errors(weights, blocks, gain, omega, rows, interval, whitened),
-        excitation=excitation_level(moments.window, n + 1, reported),
-    )
+    return axis._replace(standard_errors=standard_errors(weights, blocks, gain, omega, rows, interval, whitened))

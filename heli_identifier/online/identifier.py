@@ -76,7 +76,6 @@ class IdentifierOutput(NamedTuple):
     parameters: ModelParameters
     standard_errors: ModelParameters
     sigma: tuple[float, float, float]  # adaptation error [rad/s^2]
-    excitation: tuple[float, float, float]  # level [1]
     feedback: tuple[float, float, float]  # score of a closed loop [1]
     lag: Lag
     instruments: tuple[float, float, float]  # k_x, k_z, k_y by the references [rad/s^2/V], 0 if none has moved
@@ -132,7 +131,7 @@ def step(
     z_1, z_2, z_3 = regressions(signals, lag, settings.rest_angle, f)
     count, new_references = samples // decimation - plan.hold_samples, state.references
     if count >= 0 and plan.predicting:
-        new_references = advance_references(new_references, references, count, h)
+        new_references = advance_references(new_references, references, count, plan.product_samples, h)
     front, rear = signals.voltages
     b: tuple[float, ...] = state.references.b if new_references.moved else ()
     pitch_axis, elevation_axis, travel_axis = state.axes
@@ -152,7 +151,7 @@ def _advance_axis(
     which: int, axis: Axis, z: tuple[float, ...], voltage: float, count: int, b: tuple[float, ...],
     references: References, plan: Plan,
 ) -> Axis:  # fmt: skip
-    """Return one axis after a sample; once per report interval its standard errors and excitation are evaluated."""
+    """Return one axis after a sample; once per report interval its standard errors are evaluated."""
     estimate, predictor, loop = axis
     axis_plan, h = plan.axes[which], plan.sample_time
     if count < 0:
@@ -208,7 +207,6 @@ def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
         ModelParameters._make((a_wx, a_th, k_x, theta0, *omega_2, *omega_3)),
         ModelParameters._make((*errors_1, *errors_2, *errors_3)),
         (pitch.estimate.sigma, elevation.estimate.sigma, travel.estimate.sigma),
-        (pitch.estimate.excitation, elevation.estimate.excitation, travel.estimate.excitation),
         (feedback_score(pitch.loop), feedback_score(elevation.loop), feedback_score(travel.loop)),
         lag_of(pitch.estimate, elevation.estimate, plan),
         instruments,

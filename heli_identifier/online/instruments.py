@@ -27,7 +27,7 @@ from operator import add
 from typing import NamedTuple
 
 from .linear_algebra import back_solve, dot, eliminate, is_singular, outer, quadratic_form, split_packed, with_products
-from .loop import FILTERS, advance_laguerre, product_interval
+from .loop import FILTERS, advance_laguerre
 
 CONTRADICTION = 2.5
 """Number of standard errors from which the instruments exclude an estimate: by chance in less than one of 80 cases."""
@@ -67,12 +67,13 @@ def initial_instruments(parameters: int) -> Instruments:
     return Instruments((0.0,) * (n + 1), tuple(first_products), tuple(second_products), ((0.0,) * _SIZE,) * n, 0.0, 0.0)
 
 
-def advance_references(r: References, references: tuple[float, float, float], count: int, h: float) -> References:
-    """Return ``r`` after sample number ``count`` of period ``h`` [s]; b changes when products are due."""
+def advance_references(
+    r: References, references: tuple[float, float, float], count: int, stride: int, h: float
+) -> References:
+    """Return ``r`` after sample number ``count`` of period ``h`` [s]; b changes every ``stride`` samples."""
     pitch, elevation, travel = r.first
     if not r.moved and references[0] == pitch and references[1] == elevation and references[2] == travel:
         return r
-    stride = product_interval(h)
     if count % stride != 0:
         return r._replace(moved=True)
     b = [1.0]
@@ -88,7 +89,7 @@ def update_instruments(
     """Return ``i`` after a sample; ``b`` was held over ``stride`` samples, which is 0 if no products are due."""
     signal_sums = tuple(map(add, i.signal_sums, (*psi, y)))
     if stride == 0:
-        return i._replace(signal_sums=signal_sums)
+        return Instruments(signal_sums, *i[1:])
     mean = [x / stride for x in signal_sums]
     z = [dot(column, b) for column in i.first_stage]
     return i._replace(

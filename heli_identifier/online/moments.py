@@ -1,4 +1,4 @@
-"""Second moments of an axis' signals in blocks of time, for standard errors and excitation.
+"""Second moments of an axis' signals in blocks of time, for standard errors.
 
 With z = (phi, y) the signals of one regression, a block has the sum of z z^T over its samples, each a mean of z over
 .2/omega_f. From the blocks follow, for any Omega, the sums of phi (y - phi^T Omega) over each of them, and so the
@@ -23,21 +23,13 @@ If the residual is white with intensity 1 (:mod:`.prediction_error`), Gamma is t
 standard errors is taken, because a rig may have an effect that the model lacks. A bias is not covered: a disturbance
 torque that moves the rig is correlated with the regressors.
 Sources: Newey and West, Econometrica 55 (1987); Flegal and Jones, Annals of Statistics 38 (2010).
-
-**Excitation level.** With G the mean of phi phi^T over an exponential window, the level is the smallest eigenvalue of
-
-    S_ij = G_ij / sqrt((G_ii + f^2)(G_jj + f^2))
-
-a number in [0, 1] that is independent of the regressors' units: 1 for orthogonal regressors, 0 if one of them is a
-linear combination of others, or hardly moves (below f).
 """
 
-from collections.abc import Sequence
 from math import exp, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .linear_algebra import Rows, bilinear_form, dot, eliminate, is_singular, split_packed, total
+from .linear_algebra import bilinear_form, dot, total
 
 CAPACITY = 32  # largest number of blocks; a standard error from 16 to 32 of them is known to some 15 to 20 %
 _FIRST_LENGTH = 5  # samples of the first blocks: 1/omega_f, because neighbouring blocks are evaluated together
@@ -51,27 +43,21 @@ class Moments(NamedTuple):
     length: int  # samples of a full block
     current: tuple[float, ...]
     blocks: tuple[tuple[float, ...], ...]  # the complete ones, oldest first
-    window: tuple[float, ...]  # exponentially weighted mean
 
 
 def initial_moments(size: int) -> Moments:
     """Return the moments of a z of ``size`` signals before the first sample."""
-    zeros = (0.0,) * (size * (size + 1) // 2)
-    return Moments(0, _FIRST_LENGTH, zeros, (), zeros)
+    return Moments(0, _FIRST_LENGTH, (0.0,) * (size * (size + 1) // 2), ())
 
 
-def add_products(
-    m: Moments, products: list[float], weight: float, interval: float, alpha: float, window: float
-) -> Moments:
-    """Return ``m`` with a sample, ``interval`` [s] long, of packed products z z^T; ``window`` is a time constant [s].
+def add_products(m: Moments, products: list[float], weight: float, interval: float, alpha: float) -> Moments:
+    """Return ``m`` with a sample, ``interval`` [s] long, of packed products z z^T.
 
     ``weight`` of the sample in the blocks [1]: its inverse is the share of the first one after early forgetting.
     """
     current = tuple([u + weight * p for u, p in zip(m.current, products, strict=True)])
-    renewal = 1.0 - exp(-interval / window)
-    mean = tuple([u + renewal * (p - u) for u, p in zip(m.window, products, strict=True)])
     if m.filled + 1 < m.length:
-        return Moments(m.filled + 1, m.length, current, m.blocks, mean)
+        return Moments(m.filled + 1, m.length, current, m.blocks)
     blocks, length = (*m.blocks, current), m.length
     if len(blocks) == CAPACITY:
         if length * alpha * interval * CAPACITY < _MEMORY:
@@ -79,7 +65,7 @@ def add_products(
             length *= 2
         else:
             blocks = blocks[1:]
-    return Moments(0, length, (0.0,) * len(current), blocks, mean)
+    return Moments(0, length, (0.0,) * len(current), blocks)
 
 
 def weighted_blocks(
@@ -128,26 +114,3 @@ def standard_errors(
         variance = max(0.0, dot(terms, terms) + dot(terms[1:], terms))  # neighbours are correlated
         errors.append(sqrt(correction * variance))
     return tuple(map(max, errors, from_gain)) if whitened else tuple(errors)
-
-
-_SILENCE = 1e-2  # f [rad/s, rad, V, 1]: half a degree; encoder noise behind F is 1e-4 rad/s
-_HALVINGS = 50  # an eigenvalue between 0 and 1 is then known to rounding
-
-
-def excitation_level(window: Sequence[float], size: int, parameters: int) -> float:
-    """Return the level of the first ``parameters`` signals of a packed mean of z z^T with ``size`` signals."""
-    gram, _ = split_packed(window, size, parameters)
-    scale = [1.0 / sqrt(row[0] + _SILENCE * _SILENCE) for row in gram]
-    return smallest_eigenvalue(
-        [[a * scale[i] * s for a, s in zip(row, scale[i:], strict=True)] for i, row in enumerate(gram)]
-    )
-
-
-def smallest_eigenvalue(A: Rows) -> float:
-    """Return the smallest eigenvalue, between 0 and 1, of A by rows from its diagonal: the largest x with A > x I."""
-    low, high = 0.0, 1.0
-    for _ in range(_HALVINGS):
-        x = 0.5 * (low + high)
-        U, _ = eliminate([[row[0] - x, *row[1:]] for row in A], [[0.0] for _ in A])
-        low, high = (low, x) if is_singular(U) else (x, high)
-    return low

@@ -23,10 +23,10 @@ from math import exp, sqrt
 from operator import add
 from typing import NamedTuple
 
-from .adaptation import AxisState, increase_variance, kept_information, measurement_noise, take_measurement
+from .adaptation import AxisState, increase_variance, kept_information, take_measurement
 from .instruments import Instruments, initial_instruments, update_instruments
 from .linear_algebra import outer, unit_vector
-from .loop import Outside, initial_outside, product_interval, update_outside
+from .loop import Outside, initial_outside, update_outside
 from .settings import AxisPlan, Plan
 from .whitening import (
     BANDWIDTH_CHANGE,
@@ -46,9 +46,6 @@ from .whitening import (
     whiten,
     whitening,
 )
-
-_REFRESH = 0.2  # time between two evaluations of the whitening filter [s]
-_MOST_PARAMETERS = 8  # of an axis: the elevation's with the motors' lag and the noise model
 
 
 class PredictorState(NamedTuple):
@@ -88,7 +85,7 @@ def predict_axis(
     c, by_rate, by_angle = plan.angle_slopes
     # unpacked once: the interpreter reads a local ten times faster than a named tuple's field
     old_memory, old_noise, w, outside, instruments = p
-    old_factor, old_omega, _, sums, moments, errors, excitation = axis
+    old_factor, old_omega, _, sums, moments, errors = axis
     memory, v = whiten(old_memory, z, w)
     factor, omega = list(old_factor), list(old_omega)
     regressand = e = v[-1]
@@ -102,19 +99,18 @@ def predict_axis(
     d, g = 0.0, 0.0
     if old_noise.samples >= REST / h:
         d = bandwidth_slope(old_noise, w)
-        g = old_memory[-1].corner_slope
+        g = old_memory[-1][-1]
         for i in range(n):
-            g -= old_memory[i].corner_slope * omega[i]
+            g -= old_memory[i][-1] * omega[i]
     # The regressand is psi^T Omega, that is z_y without c times the angle's innovation, plus e for nu = 0.
     known = regressand + e - c * innovation
     v[-1] = known - d * w.log_bandwidth - g * w.log_corner
     scale = 1.0 / sqrt(old_noise.variance * h)
     scaled = [scale * x for x in (*v[:n], -d, -g, *v[n:])]
 
-    early, r = kept_information(count, 1, h), measurement_noise(alpha, h)
-    _, s = take_measurement(factor, omega, scaled, scaled[-1], r * early, exp(-alpha * h) * early)
+    early, r, interval, stride = kept_information(count, 1, h), plan.noise, plan.refresh_samples, plan.product_samples
+    _, s = take_measurement(factor, omega, scaled, scaled[-1], r * early, plan.kept * early)
     certainty = r / (r + (s - r * early))
-    interval = max(_MOST_PARAMETERS, round(_REFRESH / h))
     turn = count % interval
     if turn < n + 2:
         change = 0.0 if turn < n else (BANDWIDTH_CHANGE if turn == n else CORNER_CHANGE) * interval * h
@@ -125,8 +121,7 @@ def predict_axis(
         w = whitening(omega[n], omega[n + 1], plan.filter, h)
 
     sums = tuple(map(add, sums, outer(scaled)))
-    axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors, excitation)
-    stride = product_interval(h)
+    axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors)
     if (count + n) % stride == 0:  # n differs between axes, so that they do this in different samples
         outside = update_outside(outside, scaled[:n], kept_information(count, stride, h, alpha), stride * h)
     outside = Outside(outside.innovation_sum + scale * e, *outside[1:])

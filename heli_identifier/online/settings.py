@@ -4,12 +4,13 @@
 """
 
 from dataclasses import dataclass
-from math import cos, inf, log, pi, sin
+from math import cos, exp, expm1, inf, log, pi, sin
 from typing import NamedTuple
 
 from heli_plant.effects import AXES
 
 from ..errors import ConfigurationError, require_positive, require_range
+from .loop import product_interval
 from .state_filter import FilterCoefficients, discretise
 from .whitening import (
     ANY_ROOM,
@@ -24,22 +25,14 @@ from .whitening import (
     whitening,
 )
 
-OFFSETS = (("rad", 0.05), ("rad/s^2", 0.1))
-"""Largest half width of the 95 % interval of a determined offset, which may be zero, by its unit."""
-
 DETERMINED = 0.1
 """Largest half width of the 95 % interval of a determined value, as a share of the value."""
 
 
 def is_determined(value: float, standard_error: float, unit: str) -> bool:
-    """Return whether half a parameter's 95 % interval is at most a tenth of it, or, for offsets, in :data:`OFFSETS`."""
-    half_width = 1.96 * standard_error
-    if half_width <= DETERMINED * abs(value):
-        return True
-    for name, largest in OFFSETS:
-        if name == unit:
-            return half_width <= largest
-    return False
+    """Return whether half a 95 % interval is at most a tenth of the value; of an offset, .05 rad or .1 rad/s^2."""
+    of_offset = 0.05 if unit == "rad" else 0.1 if unit == "rad/s^2" else 0.0
+    return 1.96 * standard_error <= max(DETERMINED * abs(value), of_offset)
 
 
 @dataclass(frozen=True)
@@ -103,8 +96,7 @@ class IdentifierSettings:
     rest_angle: float | None = None  # theta0 [rad] if it is known; None to estimate it
     motor_time_constant: float = 0.08  # T_m [s]
     voltage_limit: float = 5.0  # saturation of both voltages [V]
-    excitation_window: float = 20.0  # time constant of the excitation level [s]
-    report_interval: float = 5.0  # between two evaluations of standard errors and levels [s]
+    report_interval: float = 5.0  # between two evaluations of standard errors [s]
     initial: ModelParameters = ModelParameters()  # Omega(0); theta0 if it is estimated
     method: str = ADAPTATION  # the paper's, or prediction_error, which stays right in closed loop
     lag_known: bool = False  # if not, prediction errors estimate the lag as well, from motor_time_constant on
@@ -126,7 +118,6 @@ class IdentifierSettings:
         require_range("motor.time_constant", self.motor_time_constant, "s", lower=0.0)
         if self.voltage_limit != inf:
             require_positive("motor.voltage_limit", self.voltage_limit, "V")
-        require_positive("excitation.window", self.excitation_window, "s")
         require_range("report_interval", self.report_interval, "s", lower=self.sample_time)
         for name, value in zip(ModelParameters._fields, self.initial, strict=True):
             require_range(f"initial.{name}", value, "(SI)")
@@ -155,6 +146,9 @@ stirred air, and a factor of 2."""
 _HOLD_RADIANS = 10.0  # omega_f times the time before the adaptation begins
 _PREDICTION_HOLD = 2.0  # time before prediction errors begin [s]: omega_o begins at 10 rad/s
 _PREDICTION_PERIOD = 0.01  # least time between two innovations [s]: at higher rates encoder errors are not independent
+_RESTORING_SHARE = 0.01  # share of the information that is forgotten before it is restored: overshoot over Gamma_max
+_LEAST_RESTORING, _MOST_RESTORING = 5, 1000  # samples between that: at least one for each of five parameters
+_REFRESH, _LEAST_REFRESH = 0.2, 8  # time [s] and samples between two whitening filters: one for each of 8 parameters
 _MOMENT_SPACING = 0.2  # omega_f times the time between samples of the moments: filtered signals change little in it
 
 
@@ -177,6 +171,12 @@ class Plan:
     estimates_lag: bool
     decimation: int  # of so many samples one is taken, with the mean of their voltages
     sample_time: float  # between samples that are used [s]
+    noise: float  # r of a measurement [1/s]
+    kept: float  # exp(-alpha h) [1]
+    restoring_samples: int  # between two additions of restored information
+    restoring_noise: float  # r of an addition [1]; infinite if there is none
+    refresh_samples: int  # from one whitening filter of prediction errors to the next
+    product_samples: int  # from one product of instruments and regressors to the next
     hold_samples: int  # before the estimation begins
     moment_samples: int  # from one sample of the moments to the next
     moment_interval: float  # the same [s]
@@ -190,7 +190,7 @@ class Plan:
 
 def prepare(settings: IdentifierSettings) -> Plan:
     """Return the plan of ``settings``."""
-    omega, lag = settings.filter_frequency, settings.motor_time_constant
+    omega, lag, alpha = settings.filter_frequency, settings.motor_time_constant, settings.forgetting
     predicting = settings.method == PREDICTION_ERROR
     estimates_lag = predicting and not settings.lag_known
     decimation = max(1, round(_PREDICTION_PERIOD / settings.sample_time)) if predicting else 1
@@ -198,6 +198,7 @@ def prepare(settings: IdentifierSettings) -> Plan:
     default_hold = _PREDICTION_HOLD if predicting else _HOLD_RADIANS / omega
     hold = settings.hold_time if settings.hold_time is not None else default_hold
     spacing = max(1, round(_MOMENT_SPACING / (omega * h)))
+    restoring = min(max(round(_RESTORING_SHARE / (alpha * h)), _LEAST_RESTORING), _MOST_RESTORING) if alpha > 0.0 else 1
     initial, widths = settings.initial, WIDTHS
     pitch: tuple[float, ...] = initial[:3]
     pitch_widths: tuple[float, ...] = widths[:3]
@@ -213,6 +214,12 @@ def prepare(settings: IdentifierSettings) -> Plan:
         estimates_lag=estimates_lag,
         decimation=decimation,
         sample_time=h,
+        noise=alpha / expm1(alpha * h) if alpha > 0.0 else 1.0 / h,  # beta / w, exact for small alpha h
+        kept=exp(-alpha * h),
+        restoring_samples=restoring,
+        restoring_noise=-settings.gain_limit / expm1(-alpha * h * restoring) if alpha > 0.0 else inf,
+        refresh_samples=max(_LEAST_REFRESH, round(_REFRESH / h)),
+        product_samples=product_interval(h),
         hold_samples=round(hold / h),
         moment_samples=spacing,
         moment_interval=spacing * h,

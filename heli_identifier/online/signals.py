@@ -38,7 +38,7 @@ and is used as a constant over the period; for the elevation, times the mean of 
 from math import cos, exp, sin
 from typing import NamedTuple
 
-from heli_plant.motor import decay_factor, lag_voltage, saturate
+from heli_plant.motor import approach, decay_factor, saturate
 
 from .state_filter import FilterCoefficients, Pair, filter_lagged, filter_line, second_derivative
 
@@ -90,11 +90,11 @@ def advance_signals(s: Signals, now: Sample, h: float, lag: float, limit: float,
     ) = s  # fmt: skip
     pitch_0, elevation_0, travel_0 = angles
     sine_0, cosine_0, sine, cosine = sin(pitch_0), cos(pitch_0), sin(pitch), cos(pitch)
-    total, lagged_total = front + rear, nu_front + nu_rear
+    total, lagged_total, decay = front + rear, nu_front + nu_rear, decay_factor(h, lag)
     rate_product = (pitch - pitch_0) * (travel - travel_0) / (h * h)
     return Signals(
         (saturate(v_front, limit), saturate(v_rear, limit)),
-        (lag_voltage(nu_front, front, h, lag), lag_voltage(nu_rear, rear, h, lag)),
+        (approach(nu_front, front, decay), approach(nu_rear, rear, decay)),
         (pitch, elevation, travel),
         angles,
         angles_1,
@@ -148,17 +148,14 @@ def follow_lag(state: LagState, estimate: float, standard_error: float, h: float
 def advance_lag(state: LagState, before: Signals, now: Signals, h: float, f: FilterCoefficients) -> LagState:
     """Return the state at the sample of ``now``; ``before`` are the signals one sample earlier."""
     (v_front, v_rear), (nu_front, nu_rear) = before.voltages, before.lagged
-    front = v_front + (state.front - v_front) * state.share + (nu_front - v_front) * state.ramp
-    rear = v_rear + (state.rear - v_rear) * state.share + (nu_rear - v_rear) * state.ramp
-    slope_front, slope_rear = (front - state.front) / h, (rear - state.rear) / h
+    old_front, old_rear, difference_f, lift_f, share, ramp = state
+    front = v_front + (old_front - v_front) * share + (nu_front - v_front) * ramp
+    rear = v_rear + (old_rear - v_rear) * share + (nu_rear - v_rear) * ramp
+    slope_front, slope_rear = (front - old_front) / h, (rear - old_rear) / h
     difference = slope_front - slope_rear
     lift = (slope_front + slope_rear) * (0.5 * (cos(before.angles[0]) + cos(now.angles[0])))
-    return state._replace(
-        front=front,
-        rear=rear,
-        difference_f=filter_line(state.difference_f, difference, difference, f),
-        lift_f=filter_line(state.lift_f, lift, lift, f),
-    )
+    difference_f, lift_f = filter_line(difference_f, difference, difference, f), filter_line(lift_f, lift, lift, f)
+    return LagState(front, rear, difference_f, lift_f, share, ramp)
 
 
 Regressions = tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...]]

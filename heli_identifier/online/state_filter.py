@@ -2,13 +2,9 @@
 
     xi_1' = xi_2,    xi_2' = omega_f^2 (u - xi_1) - 2 rho omega_f xi_2                                   (11)
 
-    F(s) = omega_f^2 / (s^2 + 2 rho omega_f s + omega_f^2),    xi_1 = F u,    xi_2 = s F u,
-    s^2 F u = omega_f^2 (u - xi_1) - 2 rho omega_f xi_2
+    xi_1 = F u,    xi_2 = s F u,    s^2 F u = omega_f^2 (u - xi_1) - 2 rho omega_f xi_2
 
-The paper prints omega_f u in place of omega_f^2 u in the last line, which makes s^2 F u wrong by a multiple of u.
-
-Every signal passes the same F, so an equation between signals holds between the filtered signals too. The filter is
-discretised exactly for the course of each signal between samples:
+The filter is discretised exactly for the course of each signal between samples:
 
 * a sampled angle (and any smooth function of it) is a straight line from sample to sample (first-order hold);
 * a voltage is constant; after the motor lag (9) it is v + (nu_k - v) exp(-tau / T_m), 0 <= tau < h;

@@ -52,16 +52,9 @@ from typing import NamedTuple
 
 from .state_filter import FilterCoefficients
 
-
-class Memory(NamedTuple):
-    """State of the whitening of one signal."""
-
-    u1: float  # last values after 1/M, newest first
-    u2: float
-    t1: float  # t1 .. t3: the observer's state
-    t2: float
-    t3: float
-    corner_slope: float  # dv / d ln gamma of the next sample
+Memory = tuple[float, float, float, float, float, float]
+"""State of the whitening of one signal: the last two values after 1/M, newest first; t_1, t_2 and t_3 of the observer;
+g of the next sample."""
 
 
 NEWEST = 13.0 / 12.0  # first coefficient of M
@@ -114,7 +107,7 @@ def settled_memory(value: float, w: Whitening) -> Memory:
     v = x * (1.0 - w.decay) / (1.0 + w.o1 + w.o2 + w.o3)
     t1 = x - v
     t2 = t1 - w.q1 * v
-    return Memory(u, u, t1, t2, t2 - w.q2 * v, 0.0)
+    return u, u, t1, t2, t2 - w.q2 * v, 0.0
 
 
 def whiten(memory: Sequence[Memory], z: Sequence[float], w: Whitening) -> tuple[list[Memory], list[float]]:
@@ -125,7 +118,7 @@ def whiten(memory: Sequence[Memory], z: Sequence[float], w: Whitening) -> tuple[
     for (u1, u2, t1, t2, t3, g), x in zip(memory, z, strict=True):
         u = x + _M1 * u1 - _M2 * u2
         v = u + f1 * u1 + f2 * u2 - t1
-        memories.append(Memory(u, u1, t2 + q1 * v, t3 + q2 * v, decay * t3 + r * v, decay * g + slope * v))
+        memories.append((u, u1, t2 + q1 * v, t3 + q2 * v, decay * t3 + r * v, decay * g + slope * v))
         whitened.append(v)
     return memories, whitened
 

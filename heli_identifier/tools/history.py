@@ -25,6 +25,7 @@ from heli_identifier import online
 from heli_identifier.online import Estimate, IdentifierOutput, IdentifierState, ModelParameters, Plan
 from heli_identifier.records import Log
 from heli_identifier.results import Axes, figure, label_with_unit
+from heli_identifier.tools import meta_analysis
 from heli_identifier.tracing import plausible_range
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
@@ -152,9 +153,9 @@ def combine_histories(histories: Sequence[EstimateHistory]) -> Together:
     state = state_with(1)
     estimates = estimates_of(online.output_of(state, plan), plan)
     birge_ratios = online.output_of(state_with(2), plan).standard_errors._asdict()
-    return Together(
-        estimates, _describe_scatter(birge_ratios), tuple(online.noise_of(axis.estimate) for axis in state.axes)
-    )
+    outputs = [online.output_of(history.state, history.plan) for history in histories]
+    notes = (*_describe_scatter(birge_ratios), *_describe_contradictions(estimates, outputs))
+    return Together(estimates, notes, tuple(online.noise_of(axis.estimate) for axis in state.axes))
 
 
 def _combine_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[Array, Array, Array]:
@@ -184,6 +185,24 @@ def _combine_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> t
     ratios = np.sqrt(scatter.sum(axis=0) / others)
     variance = np.einsum("ij,ji->i", rows, np.linalg.solve(H, rows.T))
     return omega, np.sqrt(variance / shares) * np.maximum(1.0, ratios), ratios
+
+
+def _describe_contradictions(estimates: Mapping[str, Estimate], outputs: Sequence[IdentifierOutput]) -> list[str]:
+    """Return a sentence for each gain that the references of all logs exclude."""
+    notes = []
+    for axis, name in enumerate(online.GAINS):
+        known = [(o.instruments[axis], o.instrument_errors[axis]) for o in outputs if o.instrument_errors[axis] > 0.0]
+        if not known:
+            continue
+        value, _, precision = meta_analysis.weighted_mean(*np.array(known).T, 0.0)
+        error = precision**-0.5
+        if abs(value - estimates[name].value) > online.CONTRADICTION * error:
+            notes.append(
+                f"{name} = {estimates[name].value:.3g} rests on a noise model that the references contradict: they "
+                f"give {value:.3g} ± {1.96 * error:.2g} {estimates[name].unit}. The air has another colour than the "
+                "model allows, or what was logged as a reference answers the rig"
+            )
+    return notes
 
 
 def _describe_scatter(ratios: Mapping[str, float]) -> tuple[str, ...]:

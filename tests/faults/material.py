@@ -18,7 +18,7 @@ _LINES = demo_files("rig-c")[1][0].read_text().splitlines()[:2001]
 HEADER, ROWS = _LINES[0], _LINES[1:]
 IDENTIFY = "heli identify log.csv -o out"
 CHECK = "heli check log.csv -p parameters.json --factor 1000"
-DESIGN = "heli design --show reverse_thrust_loss"
+DESIGN = "heli design reverse_thrust_loss"
 
 
 def columns():

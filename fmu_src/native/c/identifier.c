@@ -12,7 +12,7 @@ struct Model {
 static void show(Model *model, Unit *unit, const IdentifierOutput *output)
 {
     const bool closed = loop_is_closed(output->feedback);
-    const Row52 shown = adaptive_identifier_output_values(output, closed);
+    const Row49 shown = adaptive_identifier_output_values(output, closed);
     unit_show(unit, REF_a_wx, &shown.x0, sizeof shown / sizeof shown.x0);
     if (closed && !model->warned && !model->plan.predicting) {
         model->warned = true;
