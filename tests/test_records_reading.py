@@ -127,7 +127,7 @@ def test_a_foreign_log_is_read_through_its_configuration(tmp_path):
     lines = rewritten(columns, ["ms", "u1 [mV]", "u2", "theta (deg)", "eps [rad]", "travel [rad]"])
     named = {"time": "ms", "v_front": "u1 [mV]", "v_rear": "u2", "pitch": "theta (deg)", "elevation": "eps [rad]"}
     units, encoders = {"time": "ms", "v_rear": "V", "elevation": "counts"}, (4096, 2000, 8192)
-    form = LogFormat(named, units, {"pitch": -1}, swap_rotors=True, encoder_counts=encoders, decimal=",")
+    form = LogFormat(named, units, {"pitch": -1}, swap_rotors=True, encoder_counts=encoders)
     rig = RigConfiguration(format=form)
     log = read_log(written(tmp_path, [line.replace(",", ";").replace(".", ",") for line in lines]), rig)
     assert log.configuration == rig

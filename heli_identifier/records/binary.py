@@ -9,8 +9,9 @@ the most rows is read, and its rows are treated like the lines of a text file.
 | the same in a struct ``run``, to any depth | ``run.pitch_rad`` |
 | matrix ``ans`` with a signal in each row, as Simulink's To File and QUARC write it | ``ans(1,:)``, ``ans(2,:)``, ... |
 | matrix ``log`` with a signal in each column | ``log(:,1)``, ... |
-| Simulink's structure with time: ``time``, ``signals(i)`` with ``label`` | ``simout.time``, ``simout.<label>`` |
-| dSPACE's structure, ``X.Data`` and ``Y(i)`` with ``Name`` and ``Data`` | ``run.X``, ``run.<Name>`` |
+| element i of an array of structs | ``run(i).pitch_rad`` |
+| struct with a ``label`` and ``values``, as in Simulink's structure with time | ``simout.signals(i).<label>`` |
+| struct with a ``Name`` and ``Data``, as dSPACE writes it | ``run.Y(i).<Name>`` |
 | table or timetable | ``run.<variable>`` |
 
 A name in MATLAB holds no brackets; ``time_s``, ``v_front_V``, ``pitch_rad`` or ``pitch_deg`` stand for the standard
@@ -38,7 +39,6 @@ from heli_identifier.files import check_zip, draft_folder
 from heli_identifier.processes import bound_memory, python_command
 
 from .columns import Table, as_numbers
-from .configuration import LogFormat
 from .text import read_text
 from .units import with_unit
 
@@ -56,12 +56,15 @@ _FEWEST_SAMPLES = 100  # in a matrix; one with fewer rows and fewer columns hold
 _Columns = dict[str, NDArray[Any]]
 
 
-def read_binary(data: bytes, ending: str, file: str, format: LogFormat) -> Table:
-    """Read the bytes of a file with one of the endings of `READERS`; a LogError calls an unreadable one ``file``."""
+def read_binary(data: bytes, ending: str, file: str, largest: float) -> Table:
+    """Read the bytes of a file with one of the endings of `READERS`; a LogError calls an unreadable one ``file``.
+
+    ``largest`` bounds the unpacked size of a Parquet file [MB].
+    """
     with draft_folder() as folder:
         copy = folder / f"log{ending}"
         copy.write_bytes(data)
-        return read_apart(_read, (copy, file, format), len(data), file)
+        return read_apart(_read, (copy, file, largest), len(data), file)
 
 
 def read_apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file: str) -> Any:
@@ -96,10 +99,10 @@ def _answer() -> None:
         pickle.dump(answer, out, protocol=pickle.HIGHEST_PROTOCOL)
 
 
-def _read(path: Path, file: str, format: LogFormat) -> Table:
+def _read(path: Path, file: str, largest: float) -> Table:
     kind, package, read = READERS[path.suffix]
     try:
-        content = read(path, file, format)
+        content = read(path, file, largest)
     except (LogError, MemoryError):
         raise
     except ImportError as error:
@@ -113,19 +116,19 @@ def _read(path: Path, file: str, format: LogFormat) -> Table:
     return Table(file, tuple(content), tuple(map(as_numbers, content.values())))
 
 
-def _read_parquet(path: Path, file: str, format: LogFormat) -> _Columns:
+def _read_parquet(path: Path, file: str, largest: float) -> _Columns:
     from pyarrow.parquet import ParquetFile
 
     with ParquetFile(path) as source:
         size = 8e-6 * source.metadata.num_rows * source.metadata.num_columns  # it may be compressed to almost nothing
-        if size > format.largest_file:
-            unpacked = f"it has {size:.4g} MB unpacked, more than {format.largest_file:g} MB"
+        if size > largest:
+            unpacked = f"it has {size:.4g} MB unpacked, more than {largest:g} MB"
             raise LogError(f"{file} cannot be read: {unpacked}{TOO_LARGE}.")
         table = source.read(use_threads=False)
     return {name: table[name].to_pandas().to_numpy() for name in table.schema.names}
 
 
-def _read_tdms(path: Path, file: str, format: LogFormat) -> _Columns:
+def _read_tdms(path: Path, file: str, largest: float) -> _Columns:
     """Read the channels of all groups, and a time from the waveform's increment if no channel is one."""
     from nptdms import TdmsFile
 
@@ -142,7 +145,7 @@ def _read_tdms(path: Path, file: str, format: LogFormat) -> _Columns:
     return columns
 
 
-def _read_mdf(path: Path, file: str, format: LogFormat) -> _Columns:
+def _read_mdf(path: Path, file: str, largest: float) -> _Columns:
     """Read the group with the most channels, its master channel as the time; invalid samples become NaN."""
     import asammdf
 
@@ -162,7 +165,7 @@ def _read_mdf(path: Path, file: str, format: LogFormat) -> _Columns:
     return columns
 
 
-def _read_workbook(path: Path, file: str, format: LogFormat) -> Table:
+def _read_workbook(path: Path, file: str, largest: float) -> Table:
     """Read the sheet of an Excel workbook that has the most rows."""
     import pandas
 
@@ -174,12 +177,11 @@ def _read_workbook(path: Path, file: str, format: LogFormat) -> Table:
     title, frame = max(sheets.items(), key=lambda sheet: len(sheet[1]))
     if len(frame) < 3:
         raise LogError(f"{file} holds no table in any of its sheets ({', '.join(map(repr, sheets))}).")
-    frame = frame.map(lambda cell: str(cell).replace(".", format.decimal) if isinstance(cell, float) else cell)
-    table = read_text(frame.to_csv(sep="\t", header=False, index=False).encode(), file, format)
+    table = read_text(frame.to_csv(sep="\t", header=False, index=False).encode(), file)
     return table if len(sheets) == 1 else replace(table, notes=(f"sheet {title!r} is read", *table.notes))
 
 
-def _read_matlab(path: Path, file: str, format: LogFormat) -> _Columns:
+def _read_matlab(path: Path, file: str, largest: float) -> _Columns:
     """Read a MATLAB file by scipy.io, or by mat-io if it is needed; the vectors may differ in length."""
     from scipy.io import loadmat
 
@@ -218,8 +220,11 @@ def _find_vectors(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
     structs = _list_structs(value)
     for index, struct in enumerate(structs[:_MOST_SIGNALS], start=1):
         path = name if len(structs) == 1 else f"{name}({index})"
-        for field, content in _name_by_labels(struct).items():
-            yield from _find_vectors(f"{path}.{field}", content)
+        if label := str(np.squeeze(struct.get("label", struct.get("Name", "")))).strip("[]'\" "):
+            path = f"{path}.{label}"
+        for field, content in struct.items():
+            is_signal = label and field in ("values", "Data")
+            yield from _find_vectors(path if is_signal else f"{path}.{field}", content)
     array = np.squeeze(np.asarray(value))
     kind, shape = array.dtype.kind, array.shape
     if kind in "iufcb" and array.ndim == 1 and array.size > 1:
@@ -241,26 +246,7 @@ def _list_structs(value: Any) -> list[dict[str, Any]]:
     return [dict(zip(names, row, strict=True)) for row in np.atleast_1d(array).ravel()] if names else []
 
 
-def _name_by_labels(fields: dict[str, Any]) -> dict[str, Any]:
-    """Name the signals of a structure with time, or of dSPACE's structure, by their labels; leave other fields."""
-    if {"time", "signals"} <= fields.keys():
-        signals, label, content = _list_structs(fields["signals"]), "label", "values"
-        named = {"time": fields["time"]}
-    elif {"X", "Y"} <= fields.keys():
-        signals, label, content = _list_structs(fields["Y"]), "Name", "Data"
-        x = next(iter(_list_structs(fields["X"])), None)
-        named = {"X": x.get("Data") if x else fields["X"]}
-    else:
-        return fields
-    if not signals or content not in signals[0]:
-        return fields
-    for index, signal in enumerate(signals, start=1):
-        name = str(np.squeeze(signal.get(label, ""))).strip("[]'\" ") or f"signals({index})"
-        named[name if name not in named else f"{name}({index})"] = signal[content]
-    return named
-
-
-READERS: dict[str, tuple[str, str, Callable[[Path, str, LogFormat], _Columns | Table]]] = {
+READERS: dict[str, tuple[str, str, Callable[[Path, str, float], _Columns | Table]]] = {
     ".mat": ("a MATLAB file", "mat-io", _read_matlab),
     ".xlsx": ("an Excel workbook", "openpyxl", _read_workbook),
     ".parquet": ("a Parquet file", "pyarrow", _read_parquet),

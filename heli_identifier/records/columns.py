@@ -24,7 +24,6 @@ Array = NDArray[np.float64]
 
 _LONGEST_CELL = 60  # characters of a cell that a message shows
 _COUNT_TOLERANCE = 1e-6  # deviation of a count from a whole number by printing it
-DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 _BRACKETED = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]$")
 _UNDERSCORED = re.compile(rf"^(?P<name>{'|'.join(NAMED)})_(?P<unit>[A-Za-z]+)_?$", re.IGNORECASE)
 _INDEX = re.compile(r"\((\d+,:|:,\d+)\)$")
@@ -67,9 +66,7 @@ class Table:
                 cell = repr(text if len(text) <= _LONGEST_CELL else f"{text[:_LONGEST_CELL]}...")
                 reason = f"no {stamp}" if column.unit == STAMP else "not a finite number"
                 problem = f"the cell holds {cell}, which is {reason}"
-            if DECIMAL_COMMA.fullmatch(text):
-                advice = f"set decimal = ',' under [log] of {HELI_TOML}; if it is set, write all numbers with one mark"
-            elif column.signal == "time" and ":" in text and column.unit != STAMP:
+            if column.signal == "time" and ":" in text and column.unit != STAMP:
                 advice = f"a {stamp} needs time = '{STAMP}' under [log.units] of {HELI_TOML}"
             raise LogError(f"{self.file}, row {self.first_row + sample}, column {header}: {problem}; {advice}.")
         counts = values / column.factor

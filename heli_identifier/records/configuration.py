@@ -65,8 +65,6 @@ class LogFormat:
     start: float | None = None
     end: float | None = None
     """First and last instant to read, in the file's time [s]."""
-    decimal: str = "."
-    """Decimal mark of a text file, "." or ","."""
     encoder_counts: tuple[int, int, int] = (4096, 4096, 8192)
     """Counts per turn of the pitch, elevation and travel encoders."""
     voltage_limit: float = bounded(5.0, "V", LOWEST_LIMIT, HIGHEST_VOLTAGE)
@@ -88,7 +86,6 @@ class LogFormat:
         for signal, sign in self.signs.items():
             message = f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign."
             refuse(signal == "time" or sign not in (-1, 1), message)
-        refuse(self.decimal not in (".", ","), f"log.decimal = {self.decimal!r} is unknown; choose '.' or ','.")
         counts = self.encoder_counts
         are_counts = len(counts) == len(ANGLES) and all(1 <= count <= MOST_COUNTS for count in counts)
         message = f"rig.encoder_counts = {counts} must be counts per turn in [1, {MOST_COUNTS}] of {', '.join(ANGLES)}."

@@ -16,7 +16,7 @@ estimate of an angle.
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations
 from os import PathLike
 from pathlib import Path
@@ -26,12 +26,11 @@ import numpy as np
 from heli_identifier.errors import LogError
 
 from . import response
-from .columns import DECIMAL_COMMA, Array, Table, name_and_unit, plain_name, read_stamps
+from .columns import Array, Table, name_and_unit, plain_name, read_stamps
 from .configuration import CONTRACT, LogFormat
 from .plausibility import quantisation_step
 from .reading import open_table
 from .response import Gains, fit_gains
-from .text import NUMBERED
 from .timing import check_extent
 from .units import ANGLES, COMBINED, STAMP, VOLTAGES, factor_to_si, parse_unit
 
@@ -69,13 +68,13 @@ class Guess:
     """A probable configuration of a log."""
 
     format: LogFormat
-    reasons: dict[str, str]  # by the keys of the configuration: ``columns.pitch``, ``decimal``
+    reasons: dict[str, str]  # by the keys of the configuration: such as ``columns.pitch``
     doubts: tuple[str, ...]
 
 
 def guess(path: str | PathLike[str]) -> Guess:
     """Guess the configuration of a log; a LogError says that it is no table, or that its signals are not found."""
-    table, decimal = _read_table(Path(path))
+    table, _ = open_table(Path(path), CONTRACT.largest_file)
     headers, reasons = table.headers, dict[str, str]()
     named = _find_names(headers, _NAMES) | _find_names(headers, {signal: signal for signal in _NAMES})
     numbers = {
@@ -121,24 +120,12 @@ def guess(path: str | PathLike[str]) -> Guess:
         explains = f"the voltages explain {share} of its" if signal in ANGLES else f"explains {share} of the {axis}'s"
         reasons[f"columns.{signal}"] = f"{explains} acceleration"
     reasons |= {f"columns.{signal}": f"called {headers[named[signal]]!r}" for signal in columns if signal in named}
-    if decimal == ",":
-        reasons["decimal"] = "cells hold decimal commas"
     free = [text if i in candidates and i not in chosen.values() else "" for i, text in enumerate(headers)]
     references = {axis: headers[index] for axis, index in _find_names(free, _REFERENCES).items()}
     reasons |= {f"references.{axis}": f"called {text!r}" for axis, text in references.items()}
     encoders = (counts["pitch"], counts["elevation"], counts["travel"])
-    format = LogFormat(columns, units, signs, references, swap, start, None, decimal, encoders, clip=clip)
+    format = LogFormat(columns, units, signs, references, swap, start, None, encoders, clip=clip)
     return Guess(format, reasons, _list_doubts(named, gains))
-
-
-def _read_table(path: Path) -> tuple[Table, str]:
-    """Read a file as a table with the decimal mark of its numbers."""
-    format = LogFormat(columns={"time": NUMBERED.format(1)})  # which reads files without headers as well
-    table, _ = open_table(path, format)
-    texts = [str(v[len(v) // 2]).strip() for v in table.columns if v.dtype.kind == "O" and len(v)]
-    if sum(bool(DECIMAL_COMMA.fullmatch(text)) for text in texts) < 3:
-        return table, "."
-    return open_table(path, replace(format, decimal=","))[0], ","
 
 
 def _find_names(headers: Sequence[str], patterns: Mapping[str, str]) -> dict[str, int]:

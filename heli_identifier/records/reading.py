@@ -58,7 +58,7 @@ def read_log(
     """
     configuration = format if isinstance(format, RigConfiguration) else None
     format = format.format if isinstance(format, RigConfiguration) else format
-    table, sha256 = open_table(Path(path), format)
+    table, sha256 = open_table(Path(path), format.largest_file)
     columns = find_columns(table, format)
     start, end = format.start if start is None else start, format.end if end is None else end
     rows, notes = _crop(table, columns[0], start, end)
@@ -111,17 +111,17 @@ def read_log(
     )
 
 
-def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
-    """Read a log as a table, with the SHA-256 of its bytes; a LogError if it is no file, too large or no table."""
+def open_table(path: Path, largest: float) -> tuple[Table, str]:
+    """Read a log as a table, with the SHA-256 of its bytes; a LogError if it is no table or has over ``largest`` MB."""
     advice = "name the log files in it"
-    data = read_limited(path, format.largest_file, LogError, "; check the path", advice, TOO_LARGE)
+    data = read_limited(path, largest, LogError, "; check the path", advice, TOO_LARGE)
     digest, name = hashlib.sha256(data).hexdigest(), path.name.lower()
     if name.endswith(".gz"):
-        data, name = _decompress(data, path, format.largest_file), name.removesuffix(".gz")
+        data, name = _decompress(data, path, largest), name.removesuffix(".gz")
     ending = Path(name).suffix
     if ending in READERS:
-        return read_binary(data, ending, str(path), format), digest
-    return read_text(data, str(path), format), digest
+        return read_binary(data, ending, str(path), largest), digest
+    return read_text(data, str(path)), digest
 
 
 def _decompress(data: bytes, path: Path, largest: float) -> bytes:
