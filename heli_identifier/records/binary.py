@@ -38,9 +38,8 @@ from heli_identifier.errors import HELI_TOML, LogError
 from heli_identifier.files import check_zip, draft_folder
 from heli_identifier.processes import bound_memory, python_command
 
-from .columns import Table, as_numbers
+from .columns import Table, make_table, with_unit
 from .text import read_text
-from .units import with_unit
 
 TOO_LARGE = f"; cut it, or set largest_file under [log] of {HELI_TOML}"
 """Advice for a file that is too large."""
@@ -113,7 +112,7 @@ def _read(path: Path, file: str, largest: float) -> Table:
         raise LogError(f"{file} is not readable as {kind} ({reason[0][:200]}); save it again.") from error
     if isinstance(content, Table):
         return content
-    return Table(file, tuple(content), tuple(map(as_numbers, content.values())))
+    return make_table(file, [*content], content.values())
 
 
 def _read_parquet(path: Path, file: str, largest: float) -> _Columns:
@@ -134,14 +133,14 @@ def _read_tdms(path: Path, file: str, largest: float) -> _Columns:
 
     columns: _Columns = {}
     with TdmsFile.open(path) as source:
-        groups = [group for group in source.groups() if group.channels()]
-        for group in groups:
-            prefix, channels = "" if len(groups) == 1 else f"{group.name}.", group.channels()
+        for group in source.groups():
+            channels = group.channels()
             for channel in channels:
-                columns[with_unit(prefix + channel.name, str(channel.properties.get("unit_string", "")))] = channel[:]
+                unit = str(channel.properties.get("unit_string", ""))
+                columns[with_unit(f"{group.name}.{channel.name}", unit)] = channel[:]
             is_timed = any("time" in channel.name.lower() for channel in channels)
-            if not is_timed and "wf_increment" in channels[0].properties:
-                columns[f"{prefix}time [s]"] = channels[0].time_track()
+            if channels and not is_timed and "wf_increment" in channels[0].properties:
+                columns[f"{group.name}.time [s]"] = channels[0].time_track()
     return columns
 
 
@@ -151,17 +150,17 @@ def _read_mdf(path: Path, file: str, largest: float) -> _Columns:
 
     columns: _Columns = {}
     with asammdf.MDF(path) as source:
-        groups = [list(source.virtual_groups[index].groups) for index in source.virtual_groups]
-        members = max(groups, key=lambda group: sum(len(source.groups[index].channels) for index in group))
-        for index in members:
-            master = source.masters_db.get(index)
-            for number in (k for k, _ in enumerate(source.groups[index].channels) if k != master):
+        groups = [group.groups for group in source.virtual_groups.values()]
+        for index in max(groups, key=lambda group: sum(len(source.groups[member].channels) for member in group)):
+            for number in range(len(source.groups[index].channels)):
+                if number == source.masters_db.get(index):
+                    continue
                 signal = source.get(group=index, index=number, ignore_invalidation_bits=True)
-                values, invalid = as_numbers(signal.samples), signal.invalidation_bits
-                if invalid is not None:
-                    values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
-                columns.setdefault("time [s]", np.array(signal.timestamps, dtype=float))
-                columns[with_unit(signal.name, signal.unit)] = values
+                values, invalid = signal.samples, signal.invalidation_bits
+                columns.setdefault("time [s]", signal.timestamps)
+                columns[with_unit(signal.name, signal.unit)] = (
+                    values if invalid is None else np.where(np.asarray(invalid, dtype=bool), np.nan, values)
+                )
     return columns
 
 

@@ -26,13 +26,13 @@ import numpy as np
 from heli_identifier.errors import LogError
 
 from . import response
-from .columns import Array, Table, name_and_unit, plain_name, read_stamps
+from .columns import Array, Table, name_and_unit, plain_name
 from .configuration import CONTRACT, LogFormat
 from .plausibility import quantisation_step
 from .reading import open_table
 from .response import Gains, fit_gains
 from .timing import check_extent
-from .units import ANGLES, COMBINED, STAMP, VOLTAGES, factor_to_si, parse_unit
+from .units import ANGLES, COMBINED, VOLTAGES, factor_to_si, parse_unit
 
 _NAMES = {
     "time": r"time|t|zeit|seconds?|timestamp|x_value|x|datetime",
@@ -110,7 +110,7 @@ def guess(path: str | PathLike[str]) -> Guess:
             f"the voltages exceed {limit:g} V, so they are taken for commands before the amplifiers limit them; if the "
             f"motors got them, set voltage_limit = {np.ceil(highest):g} under [rig] and take this away"
         )
-    start = None if unit == STAMP else _find_take_off(seconds, values["elevation"], reasons)
+    start = _find_take_off(seconds, values["elevation"], reasons)
     first = 0 if start is None else int((seconds >= start).argmax())
     gains = response.find_responses(np.clip(voltages, -limit, limit)[first:], angles[first:], rate_hz)
     signs, swap = _guess_signs("v_front" in chosen, gains, reasons)
@@ -139,15 +139,10 @@ def _find_time(
     table: Table, numbers: Mapping[int, Array], named: int | None, reasons: dict[str, str]
 ) -> tuple[int, str, Array]:
     """Find column and unit of the time, and its instants [s]; a LogError says that no column increases evenly."""
-    if named is not None and table.columns[named].dtype.kind in "OM":
-        seconds = read_stamps(table.columns[named])
-        if np.isfinite(seconds).all() and len(seconds) > 1 and seconds[-1] > 0.0:
-            reasons["units.time"] = "its cells are time stamps"
-            return named, STAMP, seconds
     clocks = [i for i, v in numbers.items() if _is_clock(v)]
     if not clocks:
-        kinds = f"in seconds, or as time stamps of {STAMP}"
-        raise LogError(f"{table.file}: no column increases from row to row, so none is the time; add one {kinds}.")
+        advice = "add one in seconds, or as time stamps of ISO 8601"
+        raise LogError(f"{table.file}: no column increases from row to row, so none is the time; {advice}.")
     unnamed = next((i for i in clocks if (np.diff(numbers[i]) != 1.0).any()), clocks[0])  # steps of 1 may count rows
     time = named if named in clocks else unnamed
     if time != named:

@@ -26,8 +26,8 @@ from itertools import zip_longest
 
 from heli_identifier.errors import LogError
 
-from .columns import Table, as_numbers
-from .units import CONTRACT_HEADERS, SIGNALS, parse_unit, with_unit
+from .columns import Table, make_table, with_unit
+from .units import CONTRACT_HEADERS, SIGNALS, parse_unit
 
 _SEPARATORS = ",;\t "
 _COMMENT = re.compile(r"^\s*(#|%|//|!)+\s?")
@@ -88,8 +88,8 @@ def read_text(data: bytes, file: str) -> Table:
         notes.append(f"{f'the first {preamble} lines are' if preamble > 1 else 'line 1 is'} no part of the table")
     if last.strip():
         notes.append(f"row {rows + 1} is left out: the file ends within it, after {last[-40:]!r}")
-    columns = tuple(as_numbers(frame[index].to_numpy()) for index in range(count))
-    return Table(file, tuple(headers), columns, data_start + 1, tuple(notes))
+    columns = (frame[index].to_numpy() for index in range(count))
+    return make_table(file, headers, columns, data_start + 1, tuple(notes))
 
 
 def _decode(data: bytes, file: str) -> str:
