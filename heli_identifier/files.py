@@ -10,7 +10,6 @@ A few kilobytes of zip can hold a petabyte, and an entry's name can lead out of 
 the table of contents of an archive is checked before it is unpacked.
 """
 
-import errno
 import os
 import secrets
 import shutil
@@ -22,7 +21,7 @@ from contextlib import contextmanager, suppress
 from os import PathLike
 from pathlib import Path, PurePosixPath
 
-from heli_identifier.processes import NO_WAIT, undo_at_end
+from heli_identifier.processes import undo_at_end
 
 PREFIX = ".heli-draft-"
 """Beginning of the name of every draft."""
@@ -59,17 +58,11 @@ def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
             present = target.stat()  # follows links; a link to itself is an error
         with suppress(OSError):  # standard output may be closed
             is_output = present is not None and os.path.samestat(present, os.fstat(1))
-        if present is not None and stat.S_ISDIR(present.st_mode):
-            raise IsADirectoryError(errno.EISDIR, "it is a folder, a file is needed")
-        if is_output:
-            with open(os.dup(1), "wb") as file:  # `-o /dev/stdout >> FILE` must keep the content of FILE
-                file.write(data)
-        elif present is None or stat.S_ISREG(present.st_mode):
+        if present is None or (stat.S_ISREG(present.st_mode) and not is_output):
             _replace(Path(os.path.realpath(target)), present, data)
-        else:  # without NO_WAIT, opening a pipe that nobody reads would wait for ever
-            with open(os.open(target, os.O_WRONLY | NO_WAIT), "wb") as file:
-                if NO_WAIT:
-                    os.set_blocking(file.fileno(), True)
+        else:
+            # `-o /dev/stdout >> FILE` must keep the content of FILE
+            with open(os.dup(1) if is_output else target, "wb") as file:
                 file.write(data)
     except OSError as error:
         # The error of a write, such as a full disk, names no file, and that of a draft names the draft.

@@ -15,9 +15,9 @@ from heli_identifier.signatures import check_types
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
 from .overlap import find_shared_flight
-from .plausibility import SAME_VOLTAGE, STANDING_STILL, why_still
+from .plausibility import STANDING_STILL, why_still
 from .reading import read_log
-from .units import ANGLES, VOLTAGES
+from .units import ANGLES
 
 LogSource = Log | str | PathLike[str]
 """A log, or the file of one with the default columns; `read_log` reads others."""
@@ -90,21 +90,15 @@ def common_configuration(logs: Sequence[Log]) -> RigConfiguration | None:
 
 
 def check_excitation(logs: Sequence[Log]) -> None:
-    """Raise a LogError if a voltage is constant in all logs, or equals the other one in all logs."""
+    """Raise a LogError if a voltage or the difference of both is constant in all logs, or there is no log."""
     if not logs:
         raise LogError("no log was given; name at least one file.")
-    names = ", ".join(map(_path_or_name, logs))
-    extents = np.max([np.ptp(log.voltages, axis=0) for log in logs], axis=0)
-    if extents.min() < _CONSTANT_V:
-        raise LogError(
-            f"{names}: {VOLTAGES[extents.argmin()]} is constant in every log, so there is nothing to identify; excite "
-            "the rig, for instance with the Exciter's square and chirp."
-        )
-    if all(np.abs(log.voltages[:, 0] - log.voltages[:, 1]).max() < SAME_VOLTAGE for log in logs):
-        raise LogError(
-            f"{names}: v_front equals v_rear in every sample, so nothing drives the pitch; check whether one column "
-            "was taken for both, or add a log in which they differ."
-        )
+    for what, weights in (("v_front", (1, 0)), ("v_rear", (0, 1)), ("v_front - v_rear", (1, -1))):
+        if max(float(np.ptp(log.voltages @ weights)) for log in logs) < _CONSTANT_V:
+            raise LogError(
+                f"{', '.join(map(_path_or_name, logs))}: {what} is constant in every log, so there is nothing to "
+                "identify; excite the rig, for instance with the Exciter's square and chirp, or correct the columns."
+            )
 
 
 def check_moving(logs: Sequence[Log]) -> None:

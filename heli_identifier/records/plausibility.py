@@ -24,7 +24,6 @@ from .units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 POSSIBLE_ANGLE = 2.5 * np.pi  # of pitch or elevation either way [rad]: a quarter of a turn, and a turn of the encoder
 SUSPICIOUS_ANGLE = np.pi  # of pitch or elevation either way [rad] above which a note asks for the unit
 POSSIBLE_SPEED = 4.0 * np.pi  # largest travel within a second [rad/s]
-SAME_VOLTAGE = 1e-3  # difference of two voltages [V] up to which they are the same
 STANDING_STILL = "a clamped axis or a dead encoder tells nothing about itself"
 LEAST_MOTION = 1e-3  # least range of an angle that moves [rad]: a count of an encoder of 4096 counts is 1.5e-3
 
@@ -180,10 +179,6 @@ def describe_values(voltages: Array, angles: Array, limit: float) -> tuple[str, 
         if beyond:
             samples = f"in {beyond} of {len(size)} samples (up to {size.max():.3g} V)"
             notes.append(f"{name} exceeds ±{limit:g} V {samples} and is kept unchanged")
-    if np.abs(voltages[:, 0] - voltages[:, 1]).max() < SAME_VOLTAGE:
-        notes.append(
-            "v_front equals v_rear in every sample: nothing drives the pitch, unless one column was taken for both"
-        )
     for name, values in zip(ANGLES, angles.T, strict=True):
         largest = np.abs(values).max()
         if why := why_still(values):

@@ -142,24 +142,16 @@ def _crop(table: Table, column: Column, start: float | None, end: float | None) 
     """Find the rows from the first one at or after `start` to the last one before time exceeds `end`."""
     time = table.values(column)
     count, finite = len(time), time[np.isfinite(time)]
-    for option, instant in (("start", start), ("end", end)):
-        if instant is not None and not np.isfinite(instant):
-            raise LogError(f"{table.file}: {option} = {instant:g} s must be finite.")
-    from_s, to_s = -np.inf if start is None else start, np.inf if end is None else end
-    if to_s <= from_s:
-        raise LogError(f"{table.file}: end = {to_s:g} s must come after start = {from_s:g} s.")
     if (start is None and end is None) or not len(finite):
         return slice(0, count), []  # a time column without numbers is reported when its cells are converted
+    from_s, to_s = -np.inf if start is None else start, np.inf if end is None else end
     # A printed instant may differ from the given one by the last bit; that must not cost a sample.
     tolerance = max(1e-9, 8.0 * float(np.finfo(float).eps * np.abs(finite).max()))
-    late_enough = time >= from_s - tolerance
-    if not late_enough.any():
-        raise LogError(f"{table.file}: start = {start:g} s lies after the log's end, {finite.max():g} s.")
-    first = int(late_enough.argmax())
-    too_late = np.append(time[first:] > to_s + tolerance, True)
-    last = first + int(too_late.argmax())
-    if last == first:
-        raise LogError(f"{table.file}: end = {end:g} s lies before the log's start at {time[first]:g} s.")
+    first = int(np.append(time >= from_s - tolerance, True).argmax())
+    last = first + int(np.append(time[first:] > to_s + tolerance, True).argmax())
+    if last == first or not from_s < to_s:  # one of them may be nan
+        lasts = f"the log lasts from {finite.min():g} s to {finite.max():g} s"
+        raise LogError(f"{table.file}: nothing lies between start = {from_s:g} s and end = {to_s:g} s; {lasts}.")
     stretch = f"{time[first]:g} s to {time[last - 1]:g} s"
     return slice(first, last), [f"kept {stretch} of the file ({last - first} of {count} rows)"]
 
