@@ -34,15 +34,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.errors import HELI_TOML, LogError
+from heli_identifier.errors import LogError
 from heli_identifier.files import check_zip, draft_folder
 from heli_identifier.processes import bound_memory, python_command
 
 from .columns import Table, make_table, with_unit
 from .text import read_text
 
-TOO_LARGE = f"; cut it, or set largest_file under [log] of {HELI_TOML}"
-"""Advice for a file that is too large."""
+LARGEST_MB = 1000.0
+"""Size up to which a file is read, and unpacked [MB]."""
 
 PATIENCE, PATIENCE_PER_MB, MEMORY = 30.0, 3.0, 8_000_000_000
 """Longest time that a reader may take [s], and its growth with the size of the file [s/MB]: some 30 times what readers
@@ -55,15 +55,12 @@ _FEWEST_SAMPLES = 100  # in a matrix; one with fewer rows and fewer columns hold
 _Columns = dict[str, NDArray[Any]]
 
 
-def read_binary(data: bytes, ending: str, file: str, largest: float) -> Table:
-    """Read the bytes of a file with one of the endings of `READERS`; a LogError calls an unreadable one ``file``.
-
-    ``largest`` bounds the unpacked size of a Parquet file [MB].
-    """
+def read_binary(data: bytes, ending: str, file: str) -> Table:
+    """Read the bytes of a file with one of the endings of `READERS`; a LogError calls an unreadable one ``file``."""
     with draft_folder() as folder:
         copy = folder / f"log{ending}"
         copy.write_bytes(data)
-        return read_apart(_read, (copy, file, largest), len(data), file)
+        return read_apart(_read, (copy, file), len(data), file)
 
 
 def read_apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file: str) -> Any:
@@ -98,10 +95,10 @@ def _answer() -> None:
         pickle.dump(answer, out, protocol=pickle.HIGHEST_PROTOCOL)
 
 
-def _read(path: Path, file: str, largest: float) -> Table:
+def _read(path: Path, file: str) -> Table:
     kind, package, read = READERS[path.suffix]
     try:
-        content = read(path, file, largest)
+        content = read(path, file)
     except (LogError, MemoryError):
         raise
     except ImportError as error:
@@ -115,19 +112,19 @@ def _read(path: Path, file: str, largest: float) -> Table:
     return make_table(file, [*content], content.values())
 
 
-def _read_parquet(path: Path, file: str, largest: float) -> _Columns:
+def _read_parquet(path: Path, file: str) -> _Columns:
     from pyarrow.parquet import ParquetFile
 
     with ParquetFile(path) as source:
         size = 8e-6 * source.metadata.num_rows * source.metadata.num_columns  # it may be compressed to almost nothing
-        if size > largest:
-            unpacked = f"it has {size:.4g} MB unpacked, more than {largest:g} MB"
-            raise LogError(f"{file} cannot be read: {unpacked}{TOO_LARGE}.")
+        if size > LARGEST_MB:
+            problem = f"it has {size:.4g} MB unpacked, more than {LARGEST_MB:g} MB"
+            raise LogError(f"{file} cannot be read: {problem}; cut it.")
         table = source.read(use_threads=False)
     return {name: table[name].to_pandas().to_numpy() for name in table.schema.names}
 
 
-def _read_tdms(path: Path, file: str, largest: float) -> _Columns:
+def _read_tdms(path: Path, file: str) -> _Columns:
     """Read the channels of all groups, and a time from the waveform's increment if no channel is one."""
     from nptdms import TdmsFile
 
@@ -144,7 +141,7 @@ def _read_tdms(path: Path, file: str, largest: float) -> _Columns:
     return columns
 
 
-def _read_mdf(path: Path, file: str, largest: float) -> _Columns:
+def _read_mdf(path: Path, file: str) -> _Columns:
     """Read the group with the most channels, its master channel as the time; invalid samples become NaN."""
     import asammdf
 
@@ -164,7 +161,7 @@ def _read_mdf(path: Path, file: str, largest: float) -> _Columns:
     return columns
 
 
-def _read_workbook(path: Path, file: str, largest: float) -> Table:
+def _read_workbook(path: Path, file: str) -> Table:
     """Read the sheet of an Excel workbook that has the most rows."""
     import pandas
 
@@ -180,7 +177,7 @@ def _read_workbook(path: Path, file: str, largest: float) -> Table:
     return table if len(sheets) == 1 else replace(table, notes=(f"sheet {title!r} is read", *table.notes))
 
 
-def _read_matlab(path: Path, file: str, largest: float) -> _Columns:
+def _read_matlab(path: Path, file: str) -> _Columns:
     """Read a MATLAB file by scipy.io, or by mat-io if it is needed; the vectors may differ in length."""
     from scipy.io import loadmat
 
@@ -206,13 +203,7 @@ def _read_matlab(path: Path, file: str, largest: float) -> _Columns:
 def _find_vectors(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
     """Return the columns of a variable, each with its name."""
     if hasattr(value, "columns") and hasattr(value, "index"):  # a table, which mat-io reads as a data frame
-        times = {"time": value.index.to_series()} if value.index.dtype.kind == "m" else {}
-        for column, series in (times | dict(value.items())).items():
-            if series.dtype.kind == "m":
-                yield f"{name}.{column}_s", series.dt.total_seconds().to_numpy()
-            elif series.dtype.kind in "iufb":
-                yield f"{name}.{column}", series.to_numpy()
-        return
+        value = {"time": value.index.to_series(), **value} if value.index.dtype.kind == "m" else dict(value.items())
     properties = getattr(value, "properties", None)
     if isinstance(properties, dict) and properties:  # an object, such as a timeseries with its Time and Data
         value = properties
@@ -228,6 +219,8 @@ def _find_vectors(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
     kind, shape = array.dtype.kind, array.shape
     if kind in "iufcb" and array.ndim == 1 and array.size > 1:
         yield name, array
+    elif kind == "m" and array.ndim == 1:
+        yield f"{name}_s", array / np.timedelta64(1, "s")
     elif kind in "iuf" and array.ndim == 2 and min(shape) <= _MOST_SIGNALS and max(shape) >= _FEWEST_SAMPLES:
         in_rows = shape[0] < shape[1]
         for index, signal in enumerate(array if in_rows else array.T, start=1):
@@ -245,7 +238,7 @@ def _list_structs(value: Any) -> list[dict[str, Any]]:
     return [dict(zip(names, row, strict=True)) for row in np.atleast_1d(array).ravel()] if names else []
 
 
-READERS: dict[str, tuple[str, str, Callable[[Path, str, float], _Columns | Table]]] = {
+READERS: dict[str, tuple[str, str, Callable[[Path, str], _Columns | Table]]] = {
     ".mat": ("a MATLAB file", "mat-io", _read_matlab),
     ".xlsx": ("an Excel workbook", "openpyxl", _read_workbook),
     ".parquet": ("a Parquet file", "pyarrow", _read_parquet),

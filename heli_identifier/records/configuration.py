@@ -71,8 +71,6 @@ class LogFormat:
     """Limit of the amplifiers' voltage [V]. A log that exceeds it is read, and a note says so."""
     clip: bool = False
     """Whether the file holds voltages before the amplifiers limit them; they are then limited on reading."""
-    largest_file: float = 1000.0
-    """Size up to which a file is read [MB]."""
 
     def __post_init__(self) -> None:
         check_bounds("rig.", self)
@@ -90,7 +88,6 @@ class LogFormat:
         are_counts = len(counts) == len(ANGLES) and all(1 <= count <= MOST_COUNTS for count in counts)
         message = f"rig.encoder_counts = {counts} must be counts per turn in [1, {MOST_COUNTS}] of {', '.join(ANGLES)}."
         refuse(not are_counts, message)
-        refuse(not self.largest_file > 0.0, f"log.largest_file = {self.largest_file:g} MB must be positive.")
 
     def sign(self, signal: str) -> int:
         """Return +1 or -1, the factor from the file's sign to the project's."""
@@ -197,9 +194,7 @@ class GivenRig:
         for name, coefficient in self.effects.items():
             key = f"{self._prefix}effects.{name}"
             if name not in known:
-                on_axes = [field for field in known if name and field.startswith(f"{name}_")]
-                advice = f"; did you mean {' or '.join(map(repr, on_axes))}?" if on_axes else did_you_mean(name, known)
-                advice = advice or f"; choose one of {', '.join(known)}."
+                advice = did_you_mean(name, known) or f"; choose one of {', '.join(known)}."
                 raise ConfigurationError(f"{key} is no effect that can be given{advice}")
             needed = "an Estimate, the coefficient with its standard deviation and unit"
             refuse(not isinstance(coefficient, Estimate), f"{key} = {coefficient!r} must be {needed}.")

@@ -74,7 +74,7 @@ class Guess:
 
 def guess(path: str | PathLike[str]) -> Guess:
     """Guess the configuration of a log; a LogError says that it is no table, or that its signals are not found."""
-    table, _ = open_table(Path(path), CONTRACT.largest_file)
+    table, _ = open_table(Path(path))
     headers, reasons = table.headers, dict[str, str]()
     named = _find_names(headers, _NAMES) | _find_names(headers, {signal: signal for signal in _NAMES})
     numbers = {

@@ -13,7 +13,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, printable, refuse, require_range
+from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, printable, require_range
 from heli_identifier.files import read_limited, write_atomically
 from heli_identifier.online import Estimate
 from heli_identifier.signatures import check_types
@@ -114,9 +114,7 @@ def _read_pid(section: dict[str, Any], voltage_limit: float) -> PidSettings | No
         for name, value, unit in zip(gains._fields, gains, units, strict=True):
             require_range(f"controller.pid.{axis}, {name}", value, unit, 0.0, 1e3)
     require_range("controller.pid.trim", trim, "V", -2.0 * voltage_limit, 2.0 * voltage_limit)
-    alone = f"controller.pid.trim = {trim} V stands alone; add the gains of the loops that fly, or leave it out."
-    refuse("trim" in section and not loops, alone)
-    if not loops:
+    if not section:
         return None
     pitch, elevation, travel = (loops.get(axis, AxisGains(0.0, 0.0, 0.0)) for axis in ANGLES)
     return PidSettings(pitch, elevation, travel, "travel" in loops, trim, voltage_limit=voltage_limit)

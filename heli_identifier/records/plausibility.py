@@ -72,20 +72,15 @@ def unwrap_angle(angle: Array, column: Column, file: str, row: int) -> tuple[Arr
         if any(angle.min() >= lower - 1e-6 and angle.max() <= lower + _TURN + 1e-6 for lower in (-np.pi, 0.0)):
             outlier &= np.abs(deviation - _TURN) > _OFF_TURN  # a turn to and fro at the edge is the last count
     large = size > _JUMP
-    impossible = large & ~((off_turn <= _OFF_TURN) & (size <= _MOST_TURNS * _TURN + _OFF_TURN))
-    remedy = f"state its unit under [log.units] of {HELI_TOML}, or cut the log there with --from and --to."
-    advice = f"when read in {column.unit}, which no rig can; correct the value, {remedy}"
-    if outlier.any():
-        at = int(outlier.argmax()) + 1
-        before, value, after = angle[at - 1 : at + 2]
+    wrong = large & ~((off_turn <= _OFF_TURN) & (size <= _MOST_TURNS * _TURN + _OFF_TURN))
+    wrong[:-1] |= outlier
+    if wrong.any():
+        at = int(wrong.argmax()) + 1
         raise LogError(
-            f"{file}, row {row + at}: {signal} is {value:.6g} rad for one sample, {before:.4g} rad before and "
-            f"{after:.4g} rad after it {advice} Is it a mark of a missing value?"
+            f"{file}, row {row + at}: {signal} is {angle[at]:.6g} rad and was {angle[at - 1]:.4g} rad in the row "
+            f"before when read in {column.unit}, which no rig can; correct the value (is it a mark of a missing one?), "
+            f"state its unit under [log.units] of {HELI_TOML}, or cut the log there with --from and --to."
         )
-    if impossible.any():
-        at = int(impossible.argmax())
-        jump = f"{signal} jumps by {jumps[at]:.3g} rad from the row before"
-        raise LogError(f"{file}, row {row + at + 1}: {jump} {advice}")
     notes = list[str]()
     if count := int(large.sum()):
         angle = np.unwrap(angle)

@@ -15,7 +15,7 @@ from heli_identifier.errors import LogError, printable
 from heli_identifier.files import read_limited
 from heli_identifier.signatures import check_types
 
-from .binary import READERS, TOO_LARGE, read_binary
+from .binary import LARGEST_MB, READERS, read_binary
 from .columns import Array, Column, Table, find_columns
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
@@ -58,7 +58,7 @@ def read_log(
     """
     configuration = format if isinstance(format, RigConfiguration) else None
     format = format.format if isinstance(format, RigConfiguration) else format
-    table, sha256 = open_table(Path(path), format.largest_file)
+    table, sha256 = open_table(Path(path))
     columns = find_columns(table, format)
     start, end = format.start if start is None else start, format.end if end is None else end
     rows, notes = _crop(table, columns[0], start, end)
@@ -111,30 +111,27 @@ def read_log(
     )
 
 
-def open_table(path: Path, largest: float) -> tuple[Table, str]:
-    """Read a log as a table, with the SHA-256 of its bytes; a LogError if it is no table or has over ``largest`` MB."""
-    advice = "name the log files in it"
-    data = read_limited(path, largest, LogError, "; check the path", advice, TOO_LARGE)
+def open_table(path: Path) -> tuple[Table, str]:
+    """Read a log as a table, with the SHA-256 of its bytes; a LogError if it is no file, too large or no table."""
+    data = read_limited(path, LARGEST_MB, LogError, "; check the path", "name the log files in it", "; cut it")
     digest, name = hashlib.sha256(data).hexdigest(), path.name.lower()
     if name.endswith(".gz"):
-        data, name = _decompress(data, path, largest), name.removesuffix(".gz")
+        data, name = _decompress(data, path), name.removesuffix(".gz")
     ending = Path(name).suffix
-    if ending in READERS:
-        return read_binary(data, ending, str(path), largest), digest
-    return read_text(data, str(path)), digest
+    return (read_binary(data, ending, str(path)) if ending in READERS else read_text(data, str(path))), digest
 
 
-def _decompress(data: bytes, path: Path, largest: float) -> bytes:
-    """Return the content of a gzip file of at most ``largest`` MB."""
+def _decompress(data: bytes, path: Path) -> bytes:
+    """Return the content of a gzip file of at most :data:`.binary.LARGEST_MB`."""
     content = bytearray()
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
-            while len(content) <= 1e6 * largest and (piece := file.read(1 << 20)):
+            while len(content) <= 1e6 * LARGEST_MB and (piece := file.read(1 << 20)):
                 content += piece
     except (OSError, EOFError, zlib.error) as error:
         raise LogError(f"{path} is not readable as gzip ({error}); pack it again.") from error
-    if len(content) > 1e6 * largest:
-        raise LogError(f"{path} cannot be read: it has more than {largest:g} MB unpacked{TOO_LARGE}.")
+    if len(content) > 1e6 * LARGEST_MB:
+        raise LogError(f"{path} cannot be read: it has more than {LARGEST_MB:g} MB unpacked; cut it.")
     return bytes(content)
 
 

@@ -60,20 +60,24 @@ def read_text(data: bytes, file: str) -> Table:
     if (rows - data_start) * count > len(text) + 1:
         problem = f"its {rows - data_start} rows have fewer cells than its {count} headers"
         raise LogError(f"{file}: {problem}; save it again.")
-    body, beginning = text.split("\n", data_start)[-1], "".join(lines[data_start:])
+    beginning = "".join(lines[data_start:])
     if separator != "," and beginning.count(",") > beginning.count("."):
-        body = body.replace(",", ".")
+        text = text.replace(",", ".")
+    body = io.BytesIO(text.encode())
+    del text  # it may be large
+    for _ in range(data_start):
+        body.readline()
     try:
-        with warnings.catch_warnings(action="error", category=pandas.errors.ParserWarning):
+        with warnings.catch_warnings(action="ignore"):  # a word in a column changes its type from there on
+            warnings.simplefilter("error", pandas.errors.ParserWarning)
             frame = pandas.read_csv(
-                io.StringIO(body),
+                body,
                 sep=r"\s+" if separator == " " else separator,
                 header=None,
                 names=range(count),
                 index_col=False,
                 skipinitialspace=True,
                 skip_blank_lines=False,
-                low_memory=False,
             )
     except (pandas.errors.ParserError, pandas.errors.ParserWarning) as error:
         problem = f"it has more cells than the {count} headers; look for a decimal comma or a separator too many"

@@ -53,10 +53,10 @@ def whole(column, value):
 
 
 VALUES = (
-    Fault("a sentinel of 999 among the pitch", at(PITCH, 700, 999.0), IDENTIFY, "row 702: pitch is 999 rad for one sample" ),
-    Fault("a sentinel that lasts ten samples", at(TRAVEL, slice(700, 710), 999.0), IDENTIFY, "row 702: travel jumps by"),
-    Fault("a lost sample written as 0", changed(lambda v: (v[ELEVATION].__iadd__(0.6), v[ELEVATION].__setitem__(900, 0.0))), IDENTIFY, "row 902: elevation is 0 rad for one sample"),
-    Fault("a sample that is a whole turn off", at(PITCH, 500, 2.0 * np.pi), IDENTIFY, "row 502: pitch is 6.28319 rad for one sample"),
+    Fault("a sentinel of 999 among the pitch", at(PITCH, 700, 999.0), IDENTIFY, "row 702: pitch is 999 rad and was" ),
+    Fault("a sentinel that lasts ten samples", at(TRAVEL, slice(700, 710), 999.0), IDENTIFY, "row 702: travel is 999 rad and was"),
+    Fault("a lost sample written as 0", changed(lambda v: (v[ELEVATION].__iadd__(0.6), v[ELEVATION].__setitem__(900, 0.0))), IDENTIFY, "row 902: elevation is 0 rad and was"),
+    Fault("a sample that is a whole turn off", at(PITCH, 500, 2.0 * np.pi), IDENTIFY, "row 502: pitch is 6.28319 rad and was"),
     Fault("NaN in a voltage", at(FRONT, 9, np.nan), IDENTIFY, "row 11, column 'v_front [V]'"),
     Fault("1e308 V", at(FRONT, 9, 1e308), IDENTIFY, "v_front reaches 1e+308 V when read in V (at most 30), which no rig can; state the unit, v_front = \"mV\", under [log.units] of heli.toml (written by `heli init`); if these are commands before the amplifiers' limit, set clip = true"),
     Fault("v_front equal to v_rear throughout", changed(lambda v: v[REAR].__setitem__(slice(None), v[FRONT])), IDENTIFY, "v_front - v_rear is constant in every log"),
@@ -72,7 +72,7 @@ VALUES = (
     Fault("a stretch before the log's start", good, f"{IDENTIFY} --to -1", "nothing lies between start = -inf s and end = -1 s"),
     Fault("a stretch that ends before it begins", good, f"{IDENTIFY} --from 8 --to 3", "nothing lies between start = 8 s and end = 3 s"),
     Fault("a stretch that never ends", good, f"{IDENTIFY} --to nan", "nothing lies between start = -inf s and end = nan s"),
-    Fault("degrees called radians, kept within half a turn", changed(lambda v: v[TRAVEL].__setitem__(slice(None), (57.3 * v[TRAVEL] + 359.0) % 360.0 - 180.0)), IDENTIFY, "travel jumps by -360 rad from the row before when read in rad, which no rig can; correct the value, state its unit"),
+    Fault("degrees called radians, kept within half a turn", changed(lambda v: v[TRAVEL].__setitem__(slice(None), (57.3 * v[TRAVEL] + 359.0) % 360.0 - 180.0)), IDENTIFY, "rad in the row before when read in rad, which no rig can; correct the value (is it a mark of a missing one?), state its unit"),
     Fault("a log of 9 s, all of which the filters take to settle", good, f"{IDENTIFY} --to 9", "the estimation begins after 10 s, when the filters have settled, and needs 10.5 s"),
     Fault("voltages beyond the limit", changed(lambda v: v[1:3].__imul__(4.0)), IDENTIFY, "beyond the limit of 5 V; the plant saturates at the highest voltage", 0, ("out",)),
     Fault("a log of 2 s", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:200], ""])), IDENTIFY, "2 s of log are shorter than 5 s"),
