@@ -21,7 +21,7 @@ from fmu_src.errors import FmuError
 from fmu_src.master.instance import unpack
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import LogFormat, guess, read_configuration, read_log
-from heli_identifier.records.heli_toml import template_text
+from heli_identifier.records.heli_toml import TEMPLATE
 from heli_identifier.records.units import SIGNALS
 from heli_identifier.results.sources import read_parameters
 from tests.faults.material import HEADER, ROWS, as_struct, columns, document
@@ -100,7 +100,7 @@ READERS: dict[str, tuple[str, Callable[[Path, Random], object], tuple[bytes, ...
     "a spreadsheet": ("log.xlsx", _logged, (_written(_spreadsheet),)),
     "a packed log": ("log.csv.gz", _logged, (gzip.compress(LOG),)),
     "a MATLAB log": ("log.mat", _logged, tuple(_written(lambda data, v=v: savemat(data, v)) for v in MATLAB)),
-    "heli.toml": ("heli.toml", lambda path, _: read_configuration(path), (template_text().encode(),)),
+    "heli.toml": ("heli.toml", lambda path, _: read_configuration(path), (TEMPLATE.read_bytes(),)),
     "parameters.json": ("p.json", lambda path, _: read_parameters(path), (json.dumps(document()).encode(),)),
     "an FMU": ("it.fmu", _unit, (FMU,)),
     "a model description": ("d.xml", _description, (DESCRIPTION,)),
