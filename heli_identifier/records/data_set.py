@@ -114,16 +114,12 @@ def check_held_out_is_new(training: Sequence[Log], held_out: Sequence[Log]) -> N
     """Raise a LogError for a held-out log that shares flight with another log: it must be new to the model."""
     for index, log in enumerate(held_out):
         for other in (*training, *held_out[:index]):
-            if (flight := find_shared_flight(other, log)) is None:
-                continue
-            name, other_name = _path_or_name(log), _path_or_name(other)
-            where = f" ({flight[2]:.0f} s from {flight[1]:.0f} s on, there from {flight[0]:.0f} s on)"
-            if other not in training:
-                raise LogError(f"{name} holds the same samples as {other_name}{where}; give each log once.")
-            raise LogError(
-                f"{name} is held out for validation but shares samples with training log {other_name}"
-                f"{where}; give a log, or a stretch of it, that the fit has not seen."
-            )
+            if flight := find_shared_flight(other, log):
+                where = f"{flight[2]:.0f} s from {flight[1]:.0f} s on, there from {flight[0]:.0f} s on"
+                raise LogError(
+                    f"{_path_or_name(log)} is held out for validation but shares samples with {_path_or_name(other)} "
+                    f"({where}); give a log, or a stretch of it, that has no other use."
+                )
 
 
 def drop_excerpts(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...]]:

@@ -21,21 +21,13 @@ from .configuration import HIGHEST_VOLTAGE
 from .log import FARTHEST_TRAVEL
 from .units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 
-POSSIBLE_ANGLE = 2.5 * np.pi  # of pitch or elevation either way [rad]: a quarter of a turn, and a turn of the encoder
-SUSPICIOUS_ANGLE = np.pi  # of pitch or elevation either way [rad] above which a note asks for the unit
+POSSIBLE_ANGLE = np.pi  # of pitch or elevation either way [rad], twice what mechanics allow
 POSSIBLE_SPEED = 4.0 * np.pi  # largest travel within a second [rad/s]
 STANDING_STILL = "a clamped axis or a dead encoder tells nothing about itself"
-LEAST_MOTION = 1e-3  # least range of an angle that moves [rad]: a count of an encoder of 4096 counts is 1.5e-3
 
-NOISE_ALONE = 0.5
-"""Least von Neumann's ratio, half the mean square of the changes from sample to sample over the variance, of an angle
-that holds only noise. It is 1 for white noise, with a standard error of 1/sqrt(N), and 2 sin²(pi f/rate) for a motion
-of frequency f: .5 at a sixth of the rate, that is 8 Hz at 50 Hz, far too fast for an arm of a metre."""
-
-FLICKER = 2
-"""Counts over which an encoder at rest flickers, one on either side of its mark. A rig that hovers quietly moves
-further, though its encoder may jump by a count at every sample: noise of up to half a squared count. An axis with more
-noise is not measured by an encoder."""
+LEAST_MOTION = 4e-3
+"""Least range of an angle that moves [rad]: an encoder of 4096 counts at rest flickers over two counts of 1.5e-3 rad,
+and a rig that hovers quietly moves further."""
 
 FEWEST_CHANGES = 20  # of a signal whose steps can be found: values set by hand change less often
 MOST_STEPS = 50  # in a usual change: 16384 counts a turn at 1 rad/s and 50 Hz; fine digits mostly give more
@@ -102,14 +94,7 @@ def why_still(angle: Array) -> str | None:
     extent = float(np.ptp(angle))
     if extent == 0.0:
         return "never changes"
-    if extent < LEAST_MOTION:
-        return f"moves by {extent:.2g} rad in all, which no encoder resolves"
-    noise, variance = 0.5 * float(np.mean(np.diff(angle) ** 2)), float(np.var(angle))
-    if noise <= NOISE_ALONE * variance:
-        return None
-    count = quantisation_step(angle)
-    hovers = noise <= 0.5 * count**2 and extent > (FLICKER + 0.5) * count
-    return None if hovers else "holds nothing but noise"
+    return f"moves by {extent:.2g} rad in all, no more than an encoder flickers" if extent < LEAST_MOTION else None
 
 
 def quantisation_step(values: Array) -> float:
@@ -175,9 +160,6 @@ def describe_values(voltages: Array, angles: Array, limit: float) -> tuple[str, 
             samples = f"in {beyond} of {len(size)} samples (up to {size.max():.3g} V)"
             notes.append(f"{name} exceeds ±{limit:g} V {samples} and is kept unchanged")
     for name, values in zip(ANGLES, angles.T, strict=True):
-        largest = np.abs(values).max()
         if why := why_still(values):
             notes.append(f"{name} {why}: {STANDING_STILL}")
-        elif name != "travel" and largest > SUSPICIOUS_ANGLE:
-            notes.append(f"{name} reaches {largest:.3g} rad, more than half a turn: are these degrees?")
     return tuple(notes)

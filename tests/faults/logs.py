@@ -62,7 +62,6 @@ VALUES = (
     Fault("v_front equal to v_rear throughout", changed(lambda v: v[REAR].__setitem__(slice(None), v[FRONT])), IDENTIFY, "v_front - v_rear is constant in every log"),
     Fault("a voltage that never changes", whole(FRONT, 1.0), IDENTIFY, "v_front is constant in every log"),
     Fault("a constant angle, to be diagnosed", whole(PITCH, 0.1), DIAGNOSE, "pitch never changes"),
-    Fault("an angle of noise alone, to be diagnosed", whole(PITCH, 0.01 * RNG.normal(size=2000)), DIAGNOSE, "pitch holds nothing but noise"),
     Fault("degrees called radians", changed(lambda v: v[PITCH].__imul__(57.3)), IDENTIFY, "pitch reaches"),
     Fault("time that stands still", at(TIME, 700, 6.99), IDENTIFY, "row 702: time stands still"),
     Fault("time that runs back", at(TIME, 700, 3.0), IDENTIFY, "row 702: time runs back"),
