@@ -18,7 +18,6 @@ from heli_identifier.errors import HELI_TOML, LogError
 
 from .columns import Array, Column
 from .configuration import HIGHEST_VOLTAGE
-from .log import FARTHEST_TRAVEL
 from .units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 
 POSSIBLE_ANGLE = np.pi  # of pitch or elevation either way [rad], twice what mechanics allow
@@ -38,7 +37,6 @@ counts. With larger digits, interpolated readings look like those of an encoder 
 
 EXCURSION = 0.3  # deviation of a single sample [rad] that no rig makes: at 50 Hz it needs 15 rad/s each way
 
-_USUAL_UNITS = ("ms", "mV", "rad", "deg", "counts")  # units that loggers use; others are rare enough to confuse
 _TURN = 2.0 * np.pi
 _MOST_TURNS = 2.0  # an encoder that wraps and loses count at the same time
 _JUMP = np.pi  # from one sample to the next this is 157 rad/s at the lowest rate; the rig reaches a few rad/s
@@ -129,18 +127,16 @@ def check_plausible(columns: Sequence[Column], values: Mapping[str, Array], rate
     """Raise a LogError that names the signals, shape (N,) each in SI and unwrapped, that no rig can reach."""
     largest = {signal: float(np.abs(samples).max()) for signal, samples in values.items()}
     largest |= dict.fromkeys(COMBINED, max(largest[signal] for signal in VOLTAGES))  # already converted to voltages
-    second = max(1, round(rate_hz))
-    turned = float(np.abs(values["travel"][second:] - values["travel"][:-second]).max(initial=0.0))
+    second = max(1, round(rate_hz))  # the travel is unlimited, but slow
+    largest["travel"] = float(np.abs(values["travel"][second:] - values["travel"][:-second]).max(initial=0.0))
     problems, remedies, clip = list[str](), list[str](), ""
     for column in columns:
         signal, unit = column.signal, SI_UNIT[column.signal]
-        verb, value = "gives voltages up to" if signal in COMBINED else "reaches", largest[signal]
-        bound = HIGHEST_VOLTAGE if unit == "V" else FARTHEST_TRAVEL if signal == "travel" else POSSIBLE_ANGLE
-        if signal == "travel" and value <= bound:
-            verb, value, bound = "turns within a second by", turned, POSSIBLE_SPEED
-        if value > bound:
-            problems.append(f"{signal} {verb} {value:.4g} {unit} when read in {column.unit} (at most {bound:.3g})")
-            others = [f'"{name}"' for name in known_units(signal) if name != column.unit and name in _USUAL_UNITS]
+        bound = HIGHEST_VOLTAGE if unit == "V" else POSSIBLE_SPEED if signal == "travel" else POSSIBLE_ANGLE
+        if largest[signal] > bound:
+            reach = f"{largest[signal]:.4g} {unit}{' within a second' if signal == 'travel' else ''}"
+            problems.append(f"{signal} reaches {reach} when read in {column.unit} (at most {bound:.3g})")
+            others = [f'"{name}"' for name in known_units(signal) if name != column.unit]
             remedies.append(f"{signal} = {' or '.join(others)}")
             if unit == "V":
                 clip = "; if these are commands before the amplifiers' limit, set clip = true under [log] there"
