@@ -17,7 +17,7 @@ estimate of an angle.
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import product
 from os import PathLike
 from pathlib import Path
 
@@ -170,45 +170,41 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
     if not 5 <= len(candidates) <= _MOST_COLUMNS:
         return {}
     indices, columns = list(candidates), np.column_stack([*candidates.values()])
-    known = {signal: indices.index(index) for signal, index in named.items() if index in candidates}
     values, step = response.average(columns, rate_hz)
     factors = [_guess_factor(column) for column in columns.T]
     unwrapped = [np.unwrap(column, period=2.0 * np.pi / f) for column, f in zip(columns.T, factors, strict=True)]
     angles, _ = response.average(np.column_stack(unwrapped), rate_hz)
     signals = response.filter_columns(angles, step)
-    excluded = response.find_derivatives(signals) | {*known.values()}
+    known = {signal: [indices.index(index)] for signal, index in named.items() if index in candidates}
+    excluded = response.find_derivatives(signals) | {place for (place,) in known.values()}
     free = [i for i, extent in enumerate(np.ptp(values, axis=0)) if extent > 0.0 and i not in excluded]
     bonus = [_ENCODER_BONUS * (quantisation_step(column) > 0.0) for column in columns.T]
     measured = [i for i in free if bonus[i]]  # by encoders; a reference or an estimate of an angle is smooth
-    options = {signal: free for signal in (*VOLTAGES, *COMBINED)}
-    options |= dict.fromkeys(ANGLES, measured if len(measured) >= len(ANGLES) else free)
-    options |= {signal: [place] for signal, place in known.items() if signal in options}
-    count = {kind: sum(signal in known for signal in kind) for kind in (VOLTAGES, COMBINED)}
+    options = dict.fromkeys((*VOLTAGES, *COMBINED), free)
+    options |= dict.fromkeys(ANGLES, measured if len(measured) >= len(ANGLES) else free) | known
+    count = {kind: len(known.keys() & {*kind}) for kind in (VOLTAGES, COMBINED)}
     kinds = [kind for kind in count if count[kind] == max(count.values())]
     pairs = [(kind, i, j) for kind in kinds for i in options[kind[0]] for j in options[kind[1]] if i != j]
-    if not pairs or not all(options[angle] for angle in ANGLES):
+    if not pairs:
         return {}
     kind_of_pair, first, second = zip(*pairs, strict=True)
     is_front_rear = np.array([kind == VOLTAGES for kind in kind_of_pair])
     v, w = values[:, first], values[:, second]
     total, difference = np.where(is_front_rear, v + w, v), np.where(is_front_rear, v - w, w)
     by_total, by_difference = (response.filter_columns(v, step).value for v in (total, difference))
-    elevations, travels = (np.array(options[angle])[:, None] for angle in ANGLES[1:])
-    elevation_score = np.stack([fit_gains(signals, e, by_total).share + bonus[e] for e in options["elevation"]])
-    best, chosen = -np.inf, dict[str, int]()
+    elevation = {e: fit_gains(signals, e, by_total).share + bonus[e] for e in options["elevation"]}
+    best, chosen = 0.0, dict[str, int]()
     for p in options["pitch"]:
         by_thrust = response.filter_columns(total * np.sin(factors[p] * angles[:, [p]]), step).value
-        pitch_score = fit_gains(signals, p, by_difference).share + bonus[p] + _FRONT_REAR_BONUS * is_front_rear
-        travel_score = np.stack([2.0 * fit_gains(signals, t, by_thrust).share + bonus[t] for t in options["travel"]])
-        score = pitch_score + travel_score[:, None] + elevation_score  # by travel, elevation and pair
-        places = (np.array(first), np.array(second), np.array(p), elevations, travels[:, None])
-        for place, other in combinations(places, 2):  # no column is two signals
-            score[np.broadcast_to(place == other, score.shape)] = -np.inf
-        t, e, pair = np.unravel_index(score.argmax(), score.shape)
-        if score[t, e, pair] > best + 1e-6:
-            best = score[t, e, pair]
-            choice = (first[pair], second[pair], p, options["elevation"][e], options["travel"][t])
-            chosen = {signal: indices[i] for signal, i in zip((*kind_of_pair[pair], *ANGLES), choice, strict=True)}
+        pitch = fit_gains(signals, p, by_difference).share + bonus[p] + _FRONT_REAR_BONUS * is_front_rear
+        travel = {t: 2.0 * fit_gains(signals, t, by_thrust).share + bonus[t] for t in options["travel"]}
+        for e, t in product(elevation, travel):
+            is_other = ~np.isin(np.transpose((first, second)), (p, e, t)).any(axis=1)
+            score = np.where(is_other, pitch + elevation[e] + travel[t], -np.inf)
+            at = int(score.argmax())
+            if len({p, e, t}) == len(ANGLES) and score[at] > best + 1e-6:
+                best, places = float(score[at]), (first[at], second[at], p, e, t)
+                chosen = {signal: indices[i] for signal, i in zip((*kind_of_pair[at], *ANGLES), places, strict=True)}
     return chosen
 
 
