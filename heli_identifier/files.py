@@ -35,9 +35,6 @@ PROTECTED: list[Path] = []
 _DISK_BLOCK = 4096  # least size of an entry on a disk [bytes]
 _ABANDONED = 7 * 86400.0  # age from which a draft is taken for abandoned [s]
 
-_KINDS = {"d": "a folder", "p": "a pipe", "c": "a device", "b": "a device", "s": "a socket"}
-"""Kinds of files by the first letter that ``ls -l`` shows."""
-
 
 def is_protected(path: Path) -> bool:
     """Whether a file is one of :data:`PROTECTED`."""
@@ -95,8 +92,7 @@ def read_limited(
         if folder and stat.S_ISDIR(status.st_mode):
             problem = f"is a folder; {folder}"
         elif not stat.S_ISREG(status.st_mode):
-            other = _KINDS.get(stat.filemode(status.st_mode)[0], "no regular file")
-            problem = f"cannot be read: it is {other}; save it as a file and name that"
+            problem = "cannot be read: it is a folder, a pipe or a device; save it as a file and name that"
         elif status.st_size > largest * 1e6:
             problem = f"cannot be read: it has {status.st_size / 1e6:.4g} MB, more than {largest:g} MB{large}"
         else:

@@ -77,7 +77,7 @@ def read_log(
     del table  # it may be large, and its columns have been copied
 
     rate_hz, grid, resampled = find_sampling(time, file, row)
-    unwrapped = []
+    notes += resampled
     for column, reference in zip(columns[3:6], REFERENCES, strict=True):
         angle, note = unwrap_angle(values[column.signal], column, file, row)
         if note and reference in values:  # of itself it may jump by any angle
@@ -85,11 +85,11 @@ def read_log(
             values[reference] = asked - whole_turns(asked - angle)
             note.append(f"{reference} taken from the same turns")
         values[column.signal] = angle
-        unwrapped += note
+        notes += note
     if time[0] != 0.0:
         notes.append(f"time counts from 0, which the file calls {time[0]:g} s")
     values, converted = _apply_signs(values, columns, format)
-    notes += [*converted, *unwrapped, *resampled]
+    notes += converted
     check_plausible(columns[1:6], values, rate_hz, file)
     if grid is not None:
         values = {

@@ -17,7 +17,7 @@ CONFIGURATIONS = (
     Fault("a unit that is unknown", configured('[log.units]\npitch = "Grad"\n'), IDENTIFY, "log.units.pitch = 'Grad' is unknown"),
     Fault("a motor of 80 s", configured("[rig]\nmotor_time_constant = 80.0\n"), IDENTIFY, "must lie in [5e-05, 5] s"),
     Fault("a configuration that is missing", good, f"{IDENTIFY} --config none.toml", "none.toml does not exist"),
-    Fault("a folder for a configuration", good, f"{IDENTIFY} --config .", "it is a folder"),
+    Fault("a folder for a configuration", good, f"{IDENTIFY} --config .", "it is a folder, a pipe or a device"),
     Fault("a sign of 0", configured("[log.signs]\npitch = 0\n"), IDENTIFY, "voltages and angles take 1 or -1"),
     Fault("a column without a name", configured('[log.columns]\npitch = ""\n'), IDENTIFY, "column '' missing"),
     Fault("effects as a list", configured("[rig]\neffects = ['dry_friction']\n"), IDENTIFY, "must be a section that begins with [rig.effects]"),
@@ -32,7 +32,7 @@ CONFIGURATIONS = (
     Fault("a word for the air", configured("[controller]\nair = ['a', 0.1, 0.1]\n"), IDENTIFY, "controller.air = 'a' must be a number"),
     Fault("a gain of the PID out of its range", configured("[controller.pid]\ntravel = [0.25, 2e3, 1.0]\n"), IDENTIFY, "controller.pid.travel, integral = 2000.0 1/s must lie in [0, 1000] 1/s"),
     Fault("a weight of 0", configured("[controller.weights]\nvoltage = 0\n"), IDENTIFY, "controller.weights.voltage = 0.0 must lie in [1e-09, 1e+09]"),
-    Fault("a heli.toml that is a pipe", lambda f: (good(f), pipe(f / "heli.toml")), IDENTIFY, "heli.toml cannot be read: it is a pipe"),
+    Fault("a heli.toml that is a pipe", lambda f: (good(f), pipe(f / "heli.toml")), IDENTIFY, "heli.toml cannot be read: it is a folder, a pipe or a device"),
     Fault("an encoder of 1e300 counts", configured(f"[rig.encoder_counts]\npitch = 1{'0' * 300}\n"), IDENTIFY, "must be counts per turn in [1, 4294967296]"),
 )  # fmt: skip
 
@@ -68,7 +68,7 @@ PARAMETERS = (
     Fault("a file of another schema", write('{"schema": "heli-diagnosis/1"}', "parameters.json"), SIMULATE, "must hold an object of schema"),
     Fault("brackets nested 100000 deep", write("[" * 100_000, "parameters.json"), SIMULATE, "is no JSON"),
     Fault("a folder", lambda f: (f / "parameters.json").mkdir(), SIMULATE, "is a folder"),
-    Fault("/dev/zero", nothing, "heli simulate open_loop -d 1 -p /dev/zero", "it is a device"),
+    Fault("/dev/zero", nothing, "heli simulate open_loop -d 1 -p /dev/zero", "it is a folder, a pipe or a device"),
     Fault("a file that is missing", nothing, SIMULATE, "does not exist"),
     Fault("an expected error below 0", expected(lambda e: e["pitch"]["prediction_1s_rad"].update(value=-1.0)), CHECK, "expected `float` >= 0.0"),
     Fault("no expected error of the pitch", expected(lambda e: e.pop("pitch")), CHECK, "state no expected error of pitch"),

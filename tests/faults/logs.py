@@ -140,8 +140,8 @@ TEXTS = (
 )  # fmt: skip
 
 KINDS = (
-    Fault("/dev/zero", nothing, "heli identify /dev/zero -o out", "it is a device"),
-    Fault("a pipe without a writer", lambda f: pipe(f / "log.csv"), IDENTIFY, "it is a pipe"),
+    Fault("/dev/zero", nothing, "heli identify /dev/zero -o out", "it is a folder, a pipe or a device"),
+    Fault("a pipe without a writer", lambda f: pipe(f / "log.csv"), IDENTIFY, "it is a folder, a pipe or a device"),
     Fault("a folder", lambda f: (f / "log.csv").mkdir(), IDENTIFY, "is a folder; name the log files in it"),
     Fault("a file of 2 GB", lambda f: ((f / "log.csv").touch(), os.truncate(f / "log.csv", 2_000_000_000)), IDENTIFY, "it has 2000 MB, more than 1000 MB"),
     Fault("a file that is missing", nothing, IDENTIFY, "does not exist"),
