@@ -47,7 +47,7 @@ class Table:
 
     file: str  # as messages name it
     headers: tuple[str, ...]
-    columns: tuple[NDArray[Any], ...]  # shape (N,) each; of type object if a cell is no number, not all time stamps
+    columns: tuple[NDArray[Any], ...]  # shape (N,) each; float if the cells are numbers or time stamps, else object
     first_row: int = 1  # row of the first sample as an editor counts: 2 below a header line, 1 in a MATLAB array
     notes: tuple[str, ...] = ()  # what was left out of the file
 

@@ -23,6 +23,7 @@ import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from itertools import zip_longest
+from typing import Any
 
 from heli_identifier.errors import LogError
 
@@ -51,14 +52,17 @@ def read_text(data: bytes, file: str) -> Table:
     lines = text.split("\n", _HEAD)[:_HEAD]
     separator = _find_separator(lines)
     headers, data_start, preamble = _find_headers(lines, separator)
+    width = max(len(headers), *(len(_split_cells(line, separator)) for line in lines[data_start : data_start + 1]), 0)
+    while headers and not headers[-1]:  # separators at the end of each line
+        headers.pop()
     if (count := len(headers)) < 2:
         needed = f"a header of six columns is needed: {','.join(CONTRACT_HEADERS)}"
         raise LogError(f"{file} is not a table: its first line is {lines[0][:60]!r}, {needed}.")
     rows = text.count("\n") + 1
     if rows <= data_start:
         raise LogError(f"{file} holds a header but no rows; log at least 5 s.")
-    if (rows - data_start) * count > len(text) + 1:
-        problem = f"its {rows - data_start} rows have fewer cells than its {count} headers"
+    if (rows - data_start) * width > len(text) + 1:
+        problem = f"its {rows - data_start} rows have fewer cells than its {width} headers"
         raise LogError(f"{file}: {problem}; save it again.")
     beginning = "".join(lines[data_start:])
     if separator != "," and beginning.count(",") > beginning.count("."):
@@ -68,23 +72,15 @@ def read_text(data: bytes, file: str) -> Table:
     for _ in range(data_start):
         body.readline()
     try:
-        with warnings.catch_warnings(action="ignore"):  # a word in a column changes its type from there on
-            warnings.simplefilter("error", pandas.errors.ParserWarning)
-            frame = pandas.read_csv(
-                body,
-                sep=r"\s+" if separator == " " else separator,
-                header=None,
-                names=range(count),
-                index_col=False,
-                skipinitialspace=True,
-                skip_blank_lines=False,
-            )
+        frame = _parse_rows(body, separator, width)
+        beyond = frame.index[frame.iloc[:, count:].notna().any(axis=1)]
+        if len(beyond):
+            raise pandas.errors.ParserError(f"in line {beyond[0] + 1}")
     except (pandas.errors.ParserError, pandas.errors.ParserWarning) as error:
         problem = f"it has more cells than the {count} headers; look for a decimal comma or a separator too many"
         too_long = re.search(r"in line (\d+)", str(error))
-        unclosed = re.search(r"starting at row (\d+)", str(error))
         row = int(too_long[1]) if too_long else 1  # pandas warns of the first row
-        if unclosed:
+        if unclosed := re.search(r"starting at row (\d+)", str(error)):
             row, problem = int(unclosed[1]) + 1, "a quotation mark is not closed; correct the cell"
         raise LogError(f"{file}, row {data_start + row}: {problem}.") from error
     notes = []
@@ -94,6 +90,23 @@ def read_text(data: bytes, file: str) -> Table:
         notes.append(f"row {rows + 1} is left out: the file ends within it, after {last[-40:]!r}")
     columns = (frame[index].to_numpy() for index in range(count))
     return make_table(file, headers, columns, data_start + 1, tuple(notes))
+
+
+def _parse_rows(body: io.BytesIO, separator: str, width: int) -> Any:
+    """Make a data frame of rows of up to ``width`` cells; a longer one is a ParserError, the first a ParserWarning."""
+    import pandas
+
+    with warnings.catch_warnings(action="ignore"):  # a word in a column changes its type from there on
+        warnings.simplefilter("error", pandas.errors.ParserWarning)
+        return pandas.read_csv(
+            body,
+            sep=r"\s+" if separator == " " else separator,
+            header=None,
+            names=range(width),
+            index_col=False,
+            skipinitialspace=True,
+            skip_blank_lines=False,
+        )
 
 
 def _decode(data: bytes, file: str) -> str:
@@ -137,8 +150,6 @@ def _find_headers(lines: Sequence[str], separator: str) -> tuple[list[str], int,
     if data_start < len(rows) and _is_units(rows[data_start], headers):
         units, data_start = _read_units(rows[data_start]), data_start + 1
     headers = [with_unit(name, unit) for name, unit in zip_longest(headers, units, fillvalue="")]
-    while headers and not headers[-1]:  # a separator at the end of each line
-        headers.pop()
     return headers, data_start, header
 
 
