@@ -5,7 +5,7 @@ Each class checks the bounds of its values when it is made; messages name the ke
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, ClassVar
+from typing import Any
 
 from heli_identifier.errors import ConfigurationError, refuse, require_range
 from heli_identifier.online import Estimate
@@ -167,9 +167,6 @@ class GivenRig:
     An effect must be in the catalogue and have no shape parameter that must be searched.
     """
 
-    _prefix: ClassVar = ""
-    """Text that messages put before the name of a value."""
-
     # From a tenth of a log's shortest step to far above any bench motor; a value outside is in another unit.
     motor_time_constant: float = bounded(0.08, "s", 5e-5, 5.0)
     """Assumed T_m of eq. (9) of the paper [s]. If the logs contradict it, this shows as the effect motor_lag."""
@@ -189,10 +186,10 @@ class GivenRig:
     """Masses, lengths and hover voltage, priors of the gains; by default none is known."""
 
     def __post_init__(self) -> None:
-        check_bounds(self._prefix, self)
+        check_bounds("", self)
         known = [effect.field for effect in CATALOGUE if not any(shape.estimated for shape in effect.shapes)]
         for name, coefficient in self.effects.items():
-            key = f"{self._prefix}effects.{name}"
+            key = f"effects.{name}"
             if name not in known:
                 advice = did_you_mean(name, known) or f"; choose one of {', '.join(known)}."
                 raise ConfigurationError(f"{key} is no effect that can be given{advice}")
@@ -209,7 +206,6 @@ class GivenRig:
 class RigConfiguration(GivenRig):
     """One rig, as its heli.toml states it."""
 
-    _prefix = "rig."
     name: str = "rig"
     format: LogFormat = CONTRACT
     controller: ControllerConfiguration = ControllerConfiguration()

@@ -23,7 +23,7 @@ CONFIGURATIONS = (
     Fault("effects as a list", configured("[rig]\neffects = ['dry_friction']\n"), IDENTIFY, "must be a section that begins with [rig.effects]"),
     Fault("an effect without its deviation", friction("0.02"), IDENTIFY, "must be the coefficient and its standard deviation"),
     Fault("a friction that drives", friction("[-0.02, 0.01]"), IDENTIFY, "dry_friction_pitch = -0.02 rad/s^2 must lie in"),
-    Fault("an effect that is known exactly", friction("[0.02, 0.0]"), IDENTIFY, "the standard deviation of rig.effects.dry_friction_pitch = 0.0"),
+    Fault("an effect that is known exactly", friction("[0.02, 0.0]"), IDENTIFY, "the standard deviation of effects.dry_friction_pitch = 0.0"),
     Fault("an effect by the name of its law and its axis", configured('[rig.effects]\n"dry_friction.pitch" = [0.02, 0.01]\n'), IDENTIFY, "did you mean 'dry_friction_pitch'?"),
     Fault("a column of an axis that there is not", configured("[log.columns]\nyaw = 'psi'\n"), IDENTIFY, "log.columns.yaw is unknown; choose one of time, v_front"),
     Fault("an effect that is given as not there", friction("[0.0, 0.1]"), IDENTIFY, "coefficient 0: what is not there need not be given"),
