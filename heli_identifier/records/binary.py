@@ -14,8 +14,7 @@ the most rows is read, and its rows are treated like the lines of a text file.
 | struct with a ``Name`` and ``Data``, as dSPACE writes it | ``run.Y(i).<Name>`` |
 | table or timetable | ``run.<variable>`` |
 
-A name in MATLAB holds no brackets; ``time_s``, ``v_front_V``, ``pitch_rad`` or ``pitch_deg`` stand for the standard
-headers, and `find_columns` splits them. Files of version 7.3 (HDF5) and objects (tables) are read by mat-io.
+Files of version 7.3 (HDF5) and objects (tables) are read by mat-io.
 
 A damaged file can make the library that reads it crash (such as scipy's reader of MATLAB files), run for ever, or ask
 for all memory: zeros compress to a thousandth. So a separate process with limits reads it and returns the table.
