@@ -126,13 +126,13 @@ def drop_excerpts(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, 
     """Leave out training logs that share flight with a longer one, such as its excerpts; return a note for each."""
     kept, notes = list[Log](), list[str]()
     for log in sorted(training, key=lambda log: -log.duration):
-        shared = ((longer, flight) for longer in kept if (flight := find_shared_flight(longer, log)))
-        if match := next(shared, None):
-            longer, flight = match
-            notes.append(
-                f"{_path_or_name(log)} is left out: {flight[2]:.0f} s of it are the same flight as "
-                f"{_path_or_name(longer)}, and what is counted twice seems twice as certain"
-            )
+        for longer in kept:
+            if flight := find_shared_flight(longer, log):
+                notes.append(
+                    f"{_path_or_name(log)} is left out: {flight[2]:.0f} s of it are the same flight as "
+                    f"{_path_or_name(longer)}, and what is counted twice seems twice as certain"
+                )
+                break
         else:
             kept.append(log)
     return tuple(log for log in training if log in kept), tuple(notes)

@@ -46,22 +46,19 @@ def find_sampling(time: Array, file: str, row: int) -> tuple[float, Array | None
             f"{file}, row {row + at}: no samples for {intervals[at - 1]:.4g} s before {time[at]:g} s, at most "
             f"{GAP_STEPS} steps of {median:.4g} s are bridged; cut the log in two there with --from and --to."
         )
-    rate, grid, notes = _estimate_sampling(time, intervals, median)
-    check_extent(rate, len(time if grid is None else grid), file)
-    return rate, grid, notes
-
-
-def _estimate_sampling(time: Array, intervals: Array, median: float) -> tuple[float, Array | None, list[str]]:
     duration = float(time[-1] - time[0])
     mean = duration / len(intervals)
     off_grid = float(np.abs(time - time[0] - mean * np.arange(len(time))).max())
     if off_grid <= _UNIFORM_STEPS * mean:
-        return _rounded_rate(1.0 / mean, off_grid / duration), None, []
+        rate = _rounded_rate(1.0 / mean, off_grid / duration)
+        check_extent(rate, len(time), file)
+        return rate, None, []
     # The median tells lost samples from jitter but jitters itself; the number of steps between the ends does not.
     steps = float(np.maximum(np.round(intervals / median), 1.0).sum())
     rate = _rounded_rate(steps / duration, 1.0 / steps)
     uneven = f"time is uneven (steps of {1e3 * intervals.min():.4g} to {1e3 * intervals.max():.4g} ms)"
     grid = time[0] + np.arange(int(np.floor(duration * rate + _UNIFORM_STEPS)) + 1) / rate
+    check_extent(rate, len(grid), file)
     return rate, grid, [f"{uneven}: resampled to {rate:g} Hz, angles linearly, voltages as means of what was held"]
 
 
