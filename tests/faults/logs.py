@@ -135,7 +135,7 @@ TEXTS = (
     Fault("commas of another script", write("\n".join([HEADER, *ROWS, ""]).replace(",", "\uff0c")), IDENTIFY, "log.csv is not a table"),
     Fault("a last line of 10 MB", lambda f: write("\n".join([HEADER, *ROWS, "1" * 10_000_000]))(f), IDENTIFY, "row 2002 is left out: the file ends within it", 0, ("out",)),
     Fault("2000 columns of zeros", lambda f: (f / "log.csv").write_text(",".join(f"c{k}" for k in range(2000)) + ("\n" + ",".join(["0"] * 2000)) * 50), "heli init log.csv", "no column increases from row to row"),
-    Fault("a travel of 1e308 rad throughout", whole(TRAVEL, 1e308), "heli identify log.csv -o out", "angles reach 1e+308 rad, which no rig can (at most 10000)"),
+    Fault("a travel of 1e308 rad throughout", whole(TRAVEL, 1e308), "heli identify log.csv -o out", "angles, sample 0: not finite, or beyond 10000 rad; give them in rad"),
     Fault("a header with a control character: what `heli init` writes", headed(pitch="theta\x7f"), "heli init log.csv >/dev/null && heli identify log.csv -o out >/dev/null; echo exit $?", "exit 0", 0, ("heli.toml", "out"), True),
 )  # fmt: skip
 
