@@ -10,7 +10,6 @@ A few kilobytes of zip can hold a petabyte, and an entry's name can lead out of 
 the table of contents of an archive is checked before it is unpacked.
 """
 
-import errno
 import os
 import secrets
 import shutil
@@ -22,7 +21,7 @@ from contextlib import contextmanager, suppress
 from os import PathLike
 from pathlib import Path, PurePosixPath
 
-from heli_identifier.processes import NO_WAIT, undo_at_end
+from heli_identifier.processes import undo_at_end
 
 PREFIX = ".heli-draft-"
 """Beginning of the name of every draft."""
@@ -35,9 +34,6 @@ PROTECTED: list[Path] = []
 
 _DISK_BLOCK = 4096  # least size of an entry on a disk [bytes]
 _ABANDONED = 7 * 86400.0  # age from which a draft is taken for abandoned [s]
-
-_KINDS = {"d": "a folder", "p": "a pipe", "c": "a device", "b": "a device", "s": "a socket"}
-"""Kinds of files by the first letter that ``ls -l`` shows."""
 
 
 def is_protected(path: Path) -> bool:
@@ -59,17 +55,11 @@ def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
             present = target.stat()  # follows links; a link to itself is an error
         with suppress(OSError):  # standard output may be closed
             is_output = present is not None and os.path.samestat(present, os.fstat(1))
-        if present is not None and stat.S_ISDIR(present.st_mode):
-            raise IsADirectoryError(errno.EISDIR, "it is a folder, a file is needed")
-        if is_output:
-            with open(os.dup(1), "wb") as file:  # `-o /dev/stdout >> FILE` must keep the content of FILE
-                file.write(data)
-        elif present is None or stat.S_ISREG(present.st_mode):
+        if present is None or (stat.S_ISREG(present.st_mode) and not is_output):
             _replace(Path(os.path.realpath(target)), present, data)
-        else:  # without NO_WAIT, opening a pipe that nobody reads would wait for ever
-            with open(os.open(target, os.O_WRONLY | NO_WAIT), "wb") as file:
-                if NO_WAIT:
-                    os.set_blocking(file.fileno(), True)
+        else:
+            # `-o /dev/stdout >> FILE` must keep the content of FILE
+            with open(os.dup(1) if is_output else target, "wb") as file:
                 file.write(data)
     except OSError as error:
         # The error of a write, such as a full disk, names no file, and that of a draft names the draft.
@@ -102,8 +92,7 @@ def read_limited(
         if folder and stat.S_ISDIR(status.st_mode):
             problem = f"is a folder; {folder}"
         elif not stat.S_ISREG(status.st_mode):
-            other = _KINDS.get(stat.filemode(status.st_mode)[0], "no regular file")
-            problem = f"cannot be read: it is {other}; save it as a file and name that"
+            problem = "cannot be read: it is a folder, a pipe or a device; save it as a file and name that"
         elif status.st_size > largest * 1e6:
             problem = f"cannot be read: it has {status.st_size / 1e6:.4g} MB, more than {largest:g} MB{large}"
         else:

@@ -37,9 +37,6 @@ NEW_GROUP: dict[str, Any] = (
 LONGEST_WAIT = None if _IS_POSIX else 0.5
 """Longest single wait for another process [s]: on Windows Ctrl-C has no effect before a wait is over."""
 
-NO_WAIT = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0)
-"""Flags to open a pipe without waiting for its other end, and a terminal without taking control of it."""
-
 _ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGINT", "SIGBREAK") if hasattr(signal, name))
 
 _to_undo: list[tuple[int, Callable[[], object]]] = []

@@ -21,7 +21,7 @@ from fmu_src.errors import FmuError
 from fmu_src.master.instance import unpack
 from heli_identifier.errors import IdentifierError
 from heli_identifier.records import LogFormat, guess, read_configuration, read_log
-from heli_identifier.records.heli_toml import template_text
+from heli_identifier.records.heli_toml import TEMPLATE
 from heli_identifier.records.units import SIGNALS
 from heli_identifier.results.sources import read_parameters
 from tests.faults.material import HEADER, ROWS, as_struct, columns, document
@@ -32,7 +32,7 @@ LOG = "\n".join([HEADER, *ROWS[:540:2], ""]).encode()
 """5.4 seconds at 50 Hz: a fuzzer reads a small file often."""
 _NUMBERED = {name: f"column {i}" for i, name in enumerate(SIGNALS, 1)}
 _UNITS = {"time": "s", "v_front": "V", "v_rear": "V", "pitch": "rad", "elevation": "deg", "travel": "rad"}
-_FORMATS = (LogFormat(), LogFormat(decimal=","), LogFormat(columns=_NUMBERED, units=_UNITS))
+_FORMATS = (LogFormat(), LogFormat(columns=_NUMBERED, units=_UNITS))
 TOKENS = (
     b"nan", b"inf", b"-", b"1e308", b"1e-320", b"9" * 30, b"\0", b"\xff", b",", b";", b"\t", b"\n", b"\r", b'"', b"[",
     b"]", b"(", b"#", b"deg", b"pitch", b"time", b" ", b"2026-01-01T00:00:00", b"true", b"{", b"}", b"=", b"'", b"\\",
@@ -100,7 +100,7 @@ READERS: dict[str, tuple[str, Callable[[Path, Random], object], tuple[bytes, ...
     "a spreadsheet": ("log.xlsx", _logged, (_written(_spreadsheet),)),
     "a packed log": ("log.csv.gz", _logged, (gzip.compress(LOG),)),
     "a MATLAB log": ("log.mat", _logged, tuple(_written(lambda data, v=v: savemat(data, v)) for v in MATLAB)),
-    "heli.toml": ("heli.toml", lambda path, _: read_configuration(path), (template_text().encode(),)),
+    "heli.toml": ("heli.toml", lambda path, _: read_configuration(path), (TEMPLATE.read_bytes(),)),
     "parameters.json": ("p.json", lambda path, _: read_parameters(path), (json.dumps(document()).encode(),)),
     "an FMU": ("it.fmu", _unit, (FMU,)),
     "a model description": ("d.xml", _description, (DESCRIPTION,)),

@@ -185,9 +185,9 @@ def test_another_type_of_any_argument_is_refused_in_a_sentence_that_names_it(nam
 
 @pytest.mark.parametrize("call, said", [
     (lambda log: hi.check([log, 3], example_diagnosis()),
-     "logs is of type list, with int in it; needed: Log, path or sequence"),
+     r"logs is of type list, with int in it; needed: Log \| str \| PathLike\[str\] \| Sequence\["),
     (lambda log: hi.check([], example_diagnosis()), "no log was given"),
-    (lambda log: hi.read_data_set(str(log)), "training is of type str; needed: sequence of path"),
+    (lambda log: hi.read_data_set(str(log)), r"training is of type str; needed: Sequence\[str \| PathLike\[str\]\]"),
     (lambda log: hi.diagnose(log, held_out=()), "no log is held out"),
     (lambda log: hi.compare(example_diagnosis(), "nowhere"), "nowhere/diagnosis.json does not exist"),
     *((lambda log, v=voltages: hi.simulate(TABLE_2, v), r"must be finite and of shape \(N, 2\)")

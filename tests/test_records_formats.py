@@ -17,6 +17,7 @@ from tests.faults.material import as_struct, columns
 TRUE = read_log(demo_files("rig-c")[1][0], end=19.99)
 NAMES = ("time", "v_front", "v_rear", "pitch", "elevation", "travel")
 UNITS = ("s", "V", "V", "rad", "rad", "rad")
+VOLTS = ((1, "v_front"), (2, "v_rear"))
 HEADERS = [f"{name} [{unit}]" for name, unit in zip(NAMES, UNITS, strict=True)]
 COLUMNS, FIELDS = columns(), as_struct()
 
@@ -39,8 +40,8 @@ DSPACE = {"X": {"Name": "time", "Data": COLUMNS[0]}, "Y": structs(Name=NAMES[1:]
 MATLABS = {
     "a matrix of rows": ({"ans": COLUMNS}, {name: f"ans({i},:)" for i, name in enumerate(NAMES, 1)}),
     "columns in a struct": ({"run": {"log": COLUMNS.T}}, {name: f"run.log(:,{i})" for i, name in enumerate(NAMES, 1)}),
-    "a structure with time": ({"simout": SCOPE}, {"v_front": "simout.volts(:,1)", "v_rear": "simout.volts(:,2)"}),
-    "dSPACE's structure": ({"run": DSPACE}, {"time": "run.X"}),
+    "a structure with time": ({"simout": SCOPE}, {v: f"simout.signals(1).volts(:,{i})" for i, v in VOLTS}),
+    "dSPACE's structure": ({"run": DSPACE}, {}),
 }
 
 
@@ -128,5 +129,5 @@ def test_what_a_reader_gives_or_raises_arrives_and_what_it_prints_does_not(capfd
     assert read_apart(divmod, (7, 2), 1, "log.mat") == (3, 1)
     assert read_apart(print, ("noise",), 1, "log.mat") is None
     with pytest.raises(LogError, match="log.csv is empty"):
-        read_apart(read_text, (b"", "log.csv", LogFormat()), 1, "log.csv")
+        read_apart(read_text, (b"", "log.csv"), 1, "log.csv")
     assert capfd.readouterr() == ("", "")

@@ -73,6 +73,8 @@ TEXTS = {
     "a row of units in brackets": [",".join(SIGNALS), ",".join(f"[{unit}]" for unit in UNITS), *rows()],
     "Excel's separator": ["sep=;", LINES[0].replace(",", ";"), *rows(separator=";")],
     "a separator at the end of each line": [f"{line}," for line in LINES],
+    "separators at the end of each row, but of the header": [LINES[0], *(f"{line},,," for line in LINES[1:])],
+    "decimal commas beside words": [line.replace(",", ";").replace(".", ",") + ";Köln, West" for line in LINES],
     "plain words in capitals": [
         "Time [sec],V Front (Volt),V-Rear (volts),Pitch (radians),Elevation [Rad],Travel [RAD]", *rows(),
     ],
@@ -108,7 +110,7 @@ def test_time_stamps_count_from_the_first(tmp_path, stamp):
     lines = [f"{stamp.format(t)},{row.split(',', 1)[1]}" for t, row in zip(TRUTH[:, 0], rows(), strict=True)]
     assert same(read_log(written(tmp_path, [header, *lines])), rtol=1e-12)
     lines[70] = "noon," + lines[70].split(",", 1)[1]
-    with pytest.raises(LogError, match="row 72, column 'time': the cell holds 'noon', which is no time stamp"):
+    with pytest.raises(LogError, match=r"row 72, column 'time \[s\]': the cell is empty or NaN or no time stamp"):
         read_log(written(tmp_path, [header, *lines]))
 
 
@@ -127,7 +129,7 @@ def test_a_foreign_log_is_read_through_its_configuration(tmp_path):
     lines = rewritten(columns, ["ms", "u1 [mV]", "u2", "theta (deg)", "eps [rad]", "travel [rad]"])
     named = {"time": "ms", "v_front": "u1 [mV]", "v_rear": "u2", "pitch": "theta (deg)", "elevation": "eps [rad]"}
     units, encoders = {"time": "ms", "v_rear": "V", "elevation": "counts"}, (4096, 2000, 8192)
-    form = LogFormat(named, units, {"pitch": -1}, swap_rotors=True, encoder_counts=encoders, decimal=",")
+    form = LogFormat(named, units, {"pitch": -1}, swap_rotors=True, encoder_counts=encoders)
     rig = RigConfiguration(format=form)
     log = read_log(written(tmp_path, [line.replace(",", ";").replace(".", ",") for line in lines]), rig)
     assert log.configuration == rig
@@ -171,7 +173,6 @@ def test_a_jittering_time_is_resampled_and_said_to_be(tmp_path):
 def test_odd_values_are_accepted_and_pointed_out(tmp_path):
     columns = TRUTH.T.copy()
     columns[1, :10] = 6.0
-    columns[3] = 4.0 * np.sin(columns[0])
     columns[4] = 0.25
     turned = 0.02 * np.arange(1001)  # 20 rad in all, folded into one turn
     columns[5] = (turned + np.pi) % (2.0 * np.pi) - np.pi
@@ -181,8 +182,7 @@ def test_odd_values_are_accepted_and_pointed_out(tmp_path):
     assert np.allclose(log.references["travel"], turned - 0.1, atol=1e-12)
     assert log.notes[:2] == ("travel unwrapped at 3 jumps of whole turns", "travel_reference taken from the same turns")
     assert log.notes[2].startswith("v_front exceeds ±5 V in 10 of 1001 samples (up to 6 V)")
-    assert log.notes[3].startswith("pitch reaches 4 rad, more than half a turn: are these degrees?")
-    assert log.notes[4].startswith("elevation never changes")
+    assert log.notes[3].startswith("elevation never changes")
     assert read_log(tmp_path / "log.csv", LogFormat(voltage_limit=6.0)).notes == (*log.notes[:2], *log.notes[3:])
 
 

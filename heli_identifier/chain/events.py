@@ -34,21 +34,22 @@ neighbours by this factor times this quantile of all such excesses."""
 
 def find_slips(logs: Sequence[Log]) -> tuple[Event, ...]:
     """Find the slips of the encoders in logs of one rig, log by log, axis by axis, in order of time."""
-    reduced = [_reduce_rate(log) for log in logs]
-    excesses = [_excess_over_neighbours(log) for log in reduced]
+    factors = [max(1, int(log.rate_hz / RATE + 0.5)) for log in logs]
+    reduced = [(log.angles[::factor], 1.0 / (log.rate_hz / factor)) for log, factor in zip(logs, factors, strict=True)]
+    excesses = [_excess_over_neighbours(angles, step) for angles, step in reduced]
     noise = NOISE_FACTOR * np.quantile(np.concatenate([abs(e) for e in excesses]), NOISE_QUANTILE, axis=0)
     curvatures = [
-        abs(local_cubic(log.angles, log.step, MARGIN, 2)).max(axis=0)
-        for log in reduced
-        if log.samples > 2 * _window_length(log.step, MARGIN)
+        abs(local_cubic(angles, step, MARGIN, 2)).max(axis=0)
+        for angles, step in reduced
+        if len(angles) > 2 * _window_length(step, MARGIN)
     ]
     largest = np.max(curvatures, axis=0) if curvatures else np.inf
     slips = list[Event]()
-    for log, excess in zip(reduced, excesses, strict=True):
-        allowed = noise + largest * log.step * RATE_WINDOW
+    for log, (_, step), excess in zip(logs, reduced, excesses, strict=True):
+        allowed = noise + largest * step * RATE_WINDOW
         for axis, steps, limit in zip(ANGLES, excess.T, allowed, strict=True):
             for index in np.flatnonzero(abs(steps) > limit):
-                at = (int(index) + 1) * log.step
+                at = (int(index) + 1) * step
                 in_file = log.start + at
                 slips.append(Event(log.name, axis, at, at, in_file, in_file, "slip", float(steps[index])))
     return tuple(slips)
@@ -111,13 +112,6 @@ def describe_events(logs: Sequence[Log], events: Sequence[Event]) -> tuple[str, 
     return tuple(notes)
 
 
-def _reduce_rate(log: Log) -> Log:
-    """Reduce a log to about :data:`RATE` by leaving out samples."""
-    factor = max(1, int(log.rate_hz / RATE + 0.5))
-    voltages, angles = log.voltages[::factor], log.angles[::factor]
-    return replace(log, rate_hz=log.rate_hz / factor, voltages=voltages, angles=angles, references={})
-
-
 def local_cubic(values: Array, step: float, window: float, order: int = 0, ends: str = "interp") -> Array:
     """Return the derivative of ``order`` of a signal (N, ...) by local cubics over ``window`` [s].
 
@@ -132,9 +126,9 @@ def _window_length(step: float, window: float) -> int:
     return max(int(window / step) | 1, 5)
 
 
-def _excess_over_neighbours(log: Log) -> Array:
+def _excess_over_neighbours(angles: Array, step: float) -> Array:
     """Return by how much each change of the angles [rad] lies outside the range of the rates before and after it."""
-    width, change = int(RATE_WINDOW / log.step) | 1, np.diff(log.angles, axis=0)
+    width, change = int(RATE_WINDOW / step) | 1, np.diff(angles, axis=0)
     excess = np.zeros_like(change)
     if len(change) > 2 * width:
         rate, shift = median_filter(change, (width, 1)), width // 2 + 1  # shift to the centre of a neighbouring median

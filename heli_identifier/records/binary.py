@@ -9,12 +9,12 @@ the most rows is read, and its rows are treated like the lines of a text file.
 | the same in a struct ``run``, to any depth | ``run.pitch_rad`` |
 | matrix ``ans`` with a signal in each row, as Simulink's To File and QUARC write it | ``ans(1,:)``, ``ans(2,:)``, ... |
 | matrix ``log`` with a signal in each column | ``log(:,1)``, ... |
-| Simulink's structure with time: ``time``, ``signals(i)`` with ``label`` | ``simout.time``, ``simout.<label>`` |
-| dSPACE's structure, ``X.Data`` and ``Y(i)`` with ``Name`` and ``Data`` | ``run.X``, ``run.<Name>`` |
+| element i of an array of structs | ``run(i).pitch_rad`` |
+| struct with a ``label`` and ``values``, as in Simulink's structure with time | ``simout.signals(i).<label>`` |
+| struct with a ``Name`` and ``Data``, as dSPACE writes it | ``run.Y(i).<Name>`` |
 | table or timetable | ``run.<variable>`` |
 
-A name in MATLAB holds no brackets; ``time_s``, ``v_front_V``, ``pitch_rad`` or ``pitch_deg`` stand for the standard
-headers, and `find_columns` splits them. Files of version 7.3 (HDF5) and objects (tables) are read by mat-io.
+Files of version 7.3 (HDF5) and objects (tables) are read by mat-io.
 
 A damaged file can make the library that reads it crash (such as scipy's reader of MATLAB files), run for ever, or ask
 for all memory: zeros compress to a thousandth. So a separate process with limits reads it and returns the table.
@@ -33,17 +33,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.errors import HELI_TOML, LogError
+from heli_identifier.errors import LogError
 from heli_identifier.files import check_zip, draft_folder
 from heli_identifier.processes import bound_memory, python_command
 
-from .columns import Table, as_numbers
-from .configuration import LogFormat
+from .columns import Table, make_table, with_unit
 from .text import read_text
-from .units import with_unit
 
-TOO_LARGE = f"; cut it, or set largest_file under [log] of {HELI_TOML}"
-"""Advice for a file that is too large."""
+LARGEST_MB = 1000.0
+"""Size up to which a file is read, and unpacked [MB]."""
 
 PATIENCE, PATIENCE_PER_MB, MEMORY = 30.0, 3.0, 8_000_000_000
 """Longest time that a reader may take [s], and its growth with the size of the file [s/MB]: some 30 times what readers
@@ -56,12 +54,12 @@ _FEWEST_SAMPLES = 100  # in a matrix; one with fewer rows and fewer columns hold
 _Columns = dict[str, NDArray[Any]]
 
 
-def read_binary(data: bytes, ending: str, file: str, format: LogFormat) -> Table:
+def read_binary(data: bytes, ending: str, file: str) -> Table:
     """Read the bytes of a file with one of the endings of `READERS`; a LogError calls an unreadable one ``file``."""
     with draft_folder() as folder:
         copy = folder / f"log{ending}"
         copy.write_bytes(data)
-        return read_apart(_read, (copy, file, format), len(data), file)
+        return read_apart(_read, (copy, file), len(data), file)
 
 
 def read_apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file: str) -> Any:
@@ -96,10 +94,10 @@ def _answer() -> None:
         pickle.dump(answer, out, protocol=pickle.HIGHEST_PROTOCOL)
 
 
-def _read(path: Path, file: str, format: LogFormat) -> Table:
+def _read(path: Path, file: str) -> Table:
     kind, package, read = READERS[path.suffix]
     try:
-        content = read(path, file, format)
+        content = read(path, file)
     except (LogError, MemoryError):
         raise
     except ImportError as error:
@@ -110,59 +108,59 @@ def _read(path: Path, file: str, format: LogFormat) -> Table:
         raise LogError(f"{file} is not readable as {kind} ({reason[0][:200]}); save it again.") from error
     if isinstance(content, Table):
         return content
-    return Table(file, tuple(content), tuple(map(as_numbers, content.values())))
+    return make_table(file, [*content], content.values())
 
 
-def _read_parquet(path: Path, file: str, format: LogFormat) -> _Columns:
+def _read_parquet(path: Path, file: str) -> _Columns:
     from pyarrow.parquet import ParquetFile
 
     with ParquetFile(path) as source:
         size = 8e-6 * source.metadata.num_rows * source.metadata.num_columns  # it may be compressed to almost nothing
-        if size > format.largest_file:
-            unpacked = f"it has {size:.4g} MB unpacked, more than {format.largest_file:g} MB"
-            raise LogError(f"{file} cannot be read: {unpacked}{TOO_LARGE}.")
+        if size > LARGEST_MB:
+            problem = f"it has {size:.4g} MB unpacked, more than {LARGEST_MB:g} MB"
+            raise LogError(f"{file} cannot be read: {problem}; cut it.")
         table = source.read(use_threads=False)
     return {name: table[name].to_pandas().to_numpy() for name in table.schema.names}
 
 
-def _read_tdms(path: Path, file: str, format: LogFormat) -> _Columns:
+def _read_tdms(path: Path, file: str) -> _Columns:
     """Read the channels of all groups, and a time from the waveform's increment if no channel is one."""
     from nptdms import TdmsFile
 
     columns: _Columns = {}
     with TdmsFile.open(path) as source:
-        groups = [group for group in source.groups() if group.channels()]
-        for group in groups:
-            prefix, channels = "" if len(groups) == 1 else f"{group.name}.", group.channels()
+        for group in source.groups():
+            channels = group.channels()
             for channel in channels:
-                columns[with_unit(prefix + channel.name, str(channel.properties.get("unit_string", "")))] = channel[:]
+                unit = str(channel.properties.get("unit_string", ""))
+                columns[with_unit(f"{group.name}.{channel.name}", unit)] = channel[:]
             is_timed = any("time" in channel.name.lower() for channel in channels)
-            if not is_timed and "wf_increment" in channels[0].properties:
-                columns[f"{prefix}time [s]"] = channels[0].time_track()
+            if channels and not is_timed and "wf_increment" in channels[0].properties:
+                columns[f"{group.name}.time [s]"] = channels[0].time_track()
     return columns
 
 
-def _read_mdf(path: Path, file: str, format: LogFormat) -> _Columns:
+def _read_mdf(path: Path, file: str) -> _Columns:
     """Read the group with the most channels, its master channel as the time; invalid samples become NaN."""
     import asammdf
 
     columns: _Columns = {}
     with asammdf.MDF(path) as source:
-        groups = [list(source.virtual_groups[index].groups) for index in source.virtual_groups]
-        members = max(groups, key=lambda group: sum(len(source.groups[index].channels) for index in group))
-        for index in members:
-            master = source.masters_db.get(index)
-            for number in (k for k, _ in enumerate(source.groups[index].channels) if k != master):
+        groups = [group.groups for group in source.virtual_groups.values()]
+        for index in max(groups, key=lambda group: sum(len(source.groups[member].channels) for member in group)):
+            for number in range(len(source.groups[index].channels)):
+                if number == source.masters_db.get(index):
+                    continue
                 signal = source.get(group=index, index=number, ignore_invalidation_bits=True)
-                values, invalid = as_numbers(signal.samples), signal.invalidation_bits
-                if invalid is not None:
-                    values = np.where(np.asarray(invalid, dtype=bool), np.nan, values)
-                columns.setdefault("time [s]", np.array(signal.timestamps, dtype=float))
-                columns[with_unit(signal.name, signal.unit)] = values
+                values, invalid = signal.samples, signal.invalidation_bits
+                columns.setdefault("time [s]", signal.timestamps)
+                columns[with_unit(signal.name, signal.unit)] = (
+                    values if invalid is None else np.where(np.asarray(invalid, dtype=bool), np.nan, values)
+                )
     return columns
 
 
-def _read_workbook(path: Path, file: str, format: LogFormat) -> Table:
+def _read_workbook(path: Path, file: str) -> Table:
     """Read the sheet of an Excel workbook that has the most rows."""
     import pandas
 
@@ -174,12 +172,11 @@ def _read_workbook(path: Path, file: str, format: LogFormat) -> Table:
     title, frame = max(sheets.items(), key=lambda sheet: len(sheet[1]))
     if len(frame) < 3:
         raise LogError(f"{file} holds no table in any of its sheets ({', '.join(map(repr, sheets))}).")
-    frame = frame.map(lambda cell: str(cell).replace(".", format.decimal) if isinstance(cell, float) else cell)
-    table = read_text(frame.to_csv(sep="\t", header=False, index=False).encode(), file, format)
+    table = read_text(frame.to_csv(sep="\t", header=False, index=False).encode(), file)
     return table if len(sheets) == 1 else replace(table, notes=(f"sheet {title!r} is read", *table.notes))
 
 
-def _read_matlab(path: Path, file: str, format: LogFormat) -> _Columns:
+def _read_matlab(path: Path, file: str) -> _Columns:
     """Read a MATLAB file by scipy.io, or by mat-io if it is needed; the vectors may differ in length."""
     from scipy.io import loadmat
 
@@ -205,25 +202,24 @@ def _read_matlab(path: Path, file: str, format: LogFormat) -> _Columns:
 def _find_vectors(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
     """Return the columns of a variable, each with its name."""
     if hasattr(value, "columns") and hasattr(value, "index"):  # a table, which mat-io reads as a data frame
-        times = {"time": value.index.to_series()} if value.index.dtype.kind == "m" else {}
-        for column, series in (times | dict(value.items())).items():
-            if series.dtype.kind == "m":
-                yield f"{name}.{column}_s", series.dt.total_seconds().to_numpy()
-            elif series.dtype.kind in "iufb":
-                yield f"{name}.{column}", series.to_numpy()
-        return
+        value = {"time": value.index.to_series(), **value} if value.index.dtype.kind == "m" else dict(value.items())
     properties = getattr(value, "properties", None)
     if isinstance(properties, dict) and properties:  # an object, such as a timeseries with its Time and Data
         value = properties
     structs = _list_structs(value)
     for index, struct in enumerate(structs[:_MOST_SIGNALS], start=1):
         path = name if len(structs) == 1 else f"{name}({index})"
-        for field, content in _name_by_labels(struct).items():
-            yield from _find_vectors(f"{path}.{field}", content)
+        if label := str(np.squeeze(struct.get("label", struct.get("Name", "")))).strip("[]'\" "):
+            path = f"{path}.{label}"
+        for field, content in struct.items():
+            is_signal = label and field in ("values", "Data")
+            yield from _find_vectors(path if is_signal else f"{path}.{field}", content)
     array = np.squeeze(np.asarray(value))
     kind, shape = array.dtype.kind, array.shape
     if kind in "iufcb" and array.ndim == 1 and array.size > 1:
         yield name, array
+    elif kind == "m" and array.ndim == 1:
+        yield f"{name}_s", array / np.timedelta64(1, "s")
     elif kind in "iuf" and array.ndim == 2 and min(shape) <= _MOST_SIGNALS and max(shape) >= _FEWEST_SAMPLES:
         in_rows = shape[0] < shape[1]
         for index, signal in enumerate(array if in_rows else array.T, start=1):
@@ -241,26 +237,7 @@ def _list_structs(value: Any) -> list[dict[str, Any]]:
     return [dict(zip(names, row, strict=True)) for row in np.atleast_1d(array).ravel()] if names else []
 
 
-def _name_by_labels(fields: dict[str, Any]) -> dict[str, Any]:
-    """Name the signals of a structure with time, or of dSPACE's structure, by their labels; leave other fields."""
-    if {"time", "signals"} <= fields.keys():
-        signals, label, content = _list_structs(fields["signals"]), "label", "values"
-        named = {"time": fields["time"]}
-    elif {"X", "Y"} <= fields.keys():
-        signals, label, content = _list_structs(fields["Y"]), "Name", "Data"
-        x = next(iter(_list_structs(fields["X"])), None)
-        named = {"X": x.get("Data") if x else fields["X"]}
-    else:
-        return fields
-    if not signals or content not in signals[0]:
-        return fields
-    for index, signal in enumerate(signals, start=1):
-        name = str(np.squeeze(signal.get(label, ""))).strip("[]'\" ") or f"signals({index})"
-        named[name if name not in named else f"{name}({index})"] = signal[content]
-    return named
-
-
-READERS: dict[str, tuple[str, str, Callable[[Path, str, LogFormat], _Columns | Table]]] = {
+READERS: dict[str, tuple[str, str, Callable[[Path, str], _Columns | Table]]] = {
     ".mat": ("a MATLAB file", "mat-io", _read_matlab),
     ".xlsx": ("an Excel workbook", "openpyxl", _read_workbook),
     ".parquet": ("a Parquet file", "pyarrow", _read_parquet),

@@ -4,10 +4,12 @@ A header reads ``name [unit]`` or ``name (unit)``, in upper or lower case, with 
 MATLAB's names hold no brackets, so ``name_unit`` means the same, and ``name_unit_``, which MATLAB makes of
 ``name [unit]``. A vector in a struct has its path before its name, as in ``run.pitch_rad``, and a row of an unnamed
 matrix has MATLAB's name for it: ``ans(4,:)``.
+
+Time stamps of ISO 8601, such as 2026-03-01T12:00:00.010, become seconds since the first one.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,13 +20,11 @@ from heli_identifier.errors import HELI_TOML, LogError
 from heli_plant.errors import did_you_mean
 
 from .configuration import LogFormat
-from .units import ANGLES, COMBINED, NAMED, REFERENCES, STAMP, VOLTAGES, explain_unit, factor_to_si, header, parse_unit
+from .units import ANGLES, COMBINED, NAMED, REFERENCES, VOLTAGES, factor_to_si, header, known_units, parse_unit
 
 Array = NDArray[np.float64]
 
 _LONGEST_CELL = 60  # characters of a cell that a message shows
-_COUNT_TOLERANCE = 1e-6  # deviation of a count from a whole number by printing it
-DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 _BRACKETED = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]$")
 _UNDERSCORED = re.compile(rf"^(?P<name>{'|'.join(NAMED)})_(?P<unit>[A-Za-z]+)_?$", re.IGNORECASE)
 _INDEX = re.compile(r"\((\d+,:|:,\d+)\)$")
@@ -47,44 +47,33 @@ class Table:
 
     file: str  # as messages name it
     headers: tuple[str, ...]
-    columns: tuple[NDArray[Any], ...]  # shape (N,) each; of type object if a cell is not a number
+    columns: tuple[NDArray[Any], ...]  # shape (N,) each; float if the cells are numbers or time stamps, else object
     first_row: int = 1  # row of the first sample as an editor counts: 2 below a header line, 1 in a MATLAB array
     notes: tuple[str, ...] = ()  # what was left out of the file
 
     def numbers(self, column: Column, rows: slice) -> Array:
         """Return the cells of a signal within ``rows`` in SI units, shape (N,), with the file's sign.
 
-        A LogError names the first cell that is empty, not a number or not finite, or says that counts are not whole.
+        A LogError names the first cell that is empty, not a number or not finite.
         """
         header, values = repr(self.headers[column.index]), self.values(column)[rows]
         invalid = ~np.isfinite(values)
         if invalid.any():
             sample = rows.start + int(invalid.argmax())
             text = str(self.columns[column.index][sample]).strip()
-            problem, stamp = "the cell is empty or NaN", f"time stamp like 2026-03-01T12:00:00.010 ({STAMP})"
+            cell = repr(text if len(text) <= _LONGEST_CELL else f"{text[:_LONGEST_CELL]}...")
+            problem = f"the cell holds {cell}, which is not a finite number"
+            if text in ("", "nan"):  # an empty cell, or one among time stamps that is none, has become NaN
+                problem = "the cell is empty or NaN" + (" or no time stamp" if column.signal == "time" else "")
             advice = "correct the cell, or cut the stretch away with --from and --to"
-            if text not in ("", "nan", "NaT"):  # an empty cell has become NaN
-                cell = repr(text if len(text) <= _LONGEST_CELL else f"{text[:_LONGEST_CELL]}...")
-                reason = f"no {stamp}" if column.unit == STAMP else "not a finite number"
-                problem = f"the cell holds {cell}, which is {reason}"
-            if DECIMAL_COMMA.fullmatch(text):
-                advice = f"set decimal = ',' under [log] of {HELI_TOML}; if it is set, write all numbers with one mark"
-            elif column.signal == "time" and ":" in text and column.unit != STAMP:
-                advice = f"a {stamp} needs time = '{STAMP}' under [log.units] of {HELI_TOML}"
+            if column.signal == "time" and ":" in text:
+                advice = "write time stamps like 2026-03-01T12:00:00.010 (ISO 8601)"
             raise LogError(f"{self.file}, row {self.first_row + sample}, column {header}: {problem}; {advice}.")
-        counts = values / column.factor
-        if column.unit == "counts" and (uneven := np.abs(counts - np.round(counts)) > _COUNT_TOLERANCE).mean() > 0.5:
-            raise LogError(
-                f"{self.file}, column {header}: counts are whole numbers, and most of these are not, "
-                f"{counts[uneven.argmax()]:.12g} for one; state another unit under [log.units] of {HELI_TOML}."
-            )
         return values
 
     def values(self, column: Column) -> Array:
-        """Return all cells of a signal in SI units, shape (N,); NaN where a cell holds no number and no time stamp."""
+        """Return all cells of a signal in SI units, shape (N,); NaN where a cell holds no number."""
         cells = self.columns[column.index]
-        if column.unit == STAMP:
-            return read_stamps(cells)
         if cells.dtype.kind != "f":
             import pandas
 
@@ -92,26 +81,32 @@ class Table:
         return cells * column.factor
 
 
-def as_numbers(values: Any) -> NDArray[Any]:
-    """Convert integers and floats to float, leave time stamps, convert everything else to objects."""
-    array = np.asarray(values)
-    if array.dtype.kind == "M":
-        return array
-    return array.astype(float, copy=False) if array.dtype.kind in "iuf" else array.astype(object)
+def make_table(
+    file: str, headers: Sequence[str], columns: Iterable[Any], first_row: int = 1, notes: tuple[str, ...] = ()
+) -> Table:
+    """Make a table of columns, shape (N,) each; one of time stamps gets the unit s."""
+    titles, arrays = list(headers), list[NDArray[Any]]()
+    for index, values in enumerate(columns):
+        array = np.asarray(values)
+        if (seconds := _read_stamps(array)) is not None:
+            titles[index], array = with_unit(titles[index], "s"), seconds
+        arrays.append(array.astype(float if array.dtype.kind in "iuf" else object, copy=False))
+    return Table(file, tuple(titles), tuple(arrays), first_row, notes)
 
 
-def read_stamps(cells: NDArray[Any]) -> Array:
-    """Convert time stamps to seconds since the first one, shape (N,); NaN where a cell is no time stamp."""
+def _read_stamps(cells: NDArray[Any]) -> Array | None:
+    """Convert time stamps, shape (N,), to seconds since the first one, others to NaN; None if the first one is none."""
+    first = str(cells[0]).strip() if len(cells) else ""
+    if cells.dtype.kind != "M" and ":" not in first:
+        return None
     import pandas
 
     stamps = pandas.Series(cells)
     if cells.dtype.kind != "M":
-        texts = stamps.astype(str).str.strip()
-        for day in ("", "2000-01-01T"):  # the second completes a time of day without a date
-            stamps = pandas.to_datetime(day + texts, format="ISO8601", errors="coerce", utc=True)
-            if stamps.notna().any():
-                break
-    return (stamps - stamps.bfill().iloc[:1].min()).dt.total_seconds().to_numpy(dtype=float)
+        day = "" if "-" in first else "2000-01-01T"  # completes a time of day without a date
+        stamps = pandas.to_datetime(day + stamps.astype(str).str.strip(), format="ISO8601", errors="coerce", utc=True)
+    seconds = (stamps - stamps.iloc[0]).dt.total_seconds().to_numpy(dtype=float)
+    return seconds if np.isfinite(seconds[0]) else None
 
 
 def find_columns(table: Table, format: LogFormat) -> list[Column]:
@@ -143,17 +138,14 @@ def find_columns(table: Table, format: LogFormat) -> list[Column]:
             problem = f"column {headers[index]!r} is taken for {owner} and for {signal}; name the column of each"
         if problem:
             raise LogError(f"{file}: {problem} under [log.columns] of {HELI_TOML}.")
-        unit_text = units.get(signal) or name_and_unit(headers[index])[1]
-        if unit_text is None:
-            cells = table.columns[index][:1]
-            is_stamp = cells.dtype.kind in "OM" and (":" in str(cells) or np.isfinite(read_stamps(cells)).any())
-            unit_text = STAMP if signal == "time" and is_stamp else units.get(axis)
+        unit_text = units.get(signal) or name_and_unit(headers[index])[1] or units.get(axis)
         if unit := parse_unit(signal, unit_text or ""):
             units[signal] = unit
             columns.append(Column(signal, index, unit, factor_to_si(signal, unit, format.counts_per_turn(axis))))
         elif signal in required:
             reason = f"unit {unit_text!r} is unknown" if unit_text else "the unit is missing"
-            unknown[axis] = f"column {headers[index]!r}: {reason}, {explain_unit(signal, unit_text or '')}"
+            *known, last = known_units(signal)
+            unknown[axis] = f"column {headers[index]!r}: {reason}, {', '.join(known)} or {last} is needed"
     if unknown:
         raise LogError(
             f"{file}, {'; '.join(unknown.values())}; set {', '.join(unknown)} under [log.units] of {HELI_TOML} to the "
@@ -190,6 +182,11 @@ def _describe_missing(
         f"{file}: {columns} {', '.join(map(repr, texts))} missing, found {listed}{more}; rename the {columns} or map "
         f"{them} under {section} of {HELI_TOML}{proposal}"
     )
+
+
+def with_unit(name: str, unit: str) -> str:
+    """Append the unit that a file states beside a name, if there is one and the name holds none."""
+    return f"{name} [{unit.strip()}]" if unit.strip() and "[" not in name else name
 
 
 def name_and_unit(text: str) -> tuple[str, str | None]:

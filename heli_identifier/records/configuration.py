@@ -5,7 +5,7 @@ Each class checks the bounds of its values when it is made; messages name the ke
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, ClassVar
+from typing import Any
 
 from heli_identifier.errors import ConfigurationError, refuse, require_range
 from heli_identifier.online import Estimate
@@ -65,16 +65,12 @@ class LogFormat:
     start: float | None = None
     end: float | None = None
     """First and last instant to read, in the file's time [s]."""
-    decimal: str = "."
-    """Decimal mark of a text file, "." or ","."""
     encoder_counts: tuple[int, int, int] = (4096, 4096, 8192)
     """Counts per turn of the pitch, elevation and travel encoders."""
     voltage_limit: float = bounded(5.0, "V", LOWEST_LIMIT, HIGHEST_VOLTAGE)
     """Limit of the amplifiers' voltage [V]. A log that exceeds it is read, and a note says so."""
     clip: bool = False
     """Whether the file holds voltages before the amplifiers limit them; they are then limited on reading."""
-    largest_file: float = 1000.0
-    """Size up to which a file is read [MB]."""
 
     def __post_init__(self) -> None:
         check_bounds("rig.", self)
@@ -88,12 +84,10 @@ class LogFormat:
         for signal, sign in self.signs.items():
             message = f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign."
             refuse(signal == "time" or sign not in (-1, 1), message)
-        refuse(self.decimal not in (".", ","), f"log.decimal = {self.decimal!r} is unknown; choose '.' or ','.")
         counts = self.encoder_counts
         are_counts = len(counts) == len(ANGLES) and all(1 <= count <= MOST_COUNTS for count in counts)
         message = f"rig.encoder_counts = {counts} must be counts per turn in [1, {MOST_COUNTS}] of {', '.join(ANGLES)}."
         refuse(not are_counts, message)
-        refuse(not self.largest_file > 0.0, f"log.largest_file = {self.largest_file:g} MB must be positive.")
 
     def sign(self, signal: str) -> int:
         """Return +1 or -1, the factor from the file's sign to the project's."""
@@ -173,9 +167,6 @@ class GivenRig:
     An effect must be in the catalogue and have no shape parameter that must be searched.
     """
 
-    _prefix: ClassVar = ""
-    """Text that messages put before the name of a value."""
-
     # From a tenth of a log's shortest step to far above any bench motor; a value outside is in another unit.
     motor_time_constant: float = bounded(0.08, "s", 5e-5, 5.0)
     """Assumed T_m of eq. (9) of the paper [s]. If the logs contradict it, this shows as the effect motor_lag."""
@@ -195,14 +186,12 @@ class GivenRig:
     """Masses, lengths and hover voltage, priors of the gains; by default none is known."""
 
     def __post_init__(self) -> None:
-        check_bounds(self._prefix, self)
+        check_bounds("", self)
         known = [effect.field for effect in CATALOGUE if not any(shape.estimated for shape in effect.shapes)]
         for name, coefficient in self.effects.items():
-            key = f"{self._prefix}effects.{name}"
+            key = f"effects.{name}"
             if name not in known:
-                on_axes = [field for field in known if name and field.startswith(f"{name}_")]
-                advice = f"; did you mean {' or '.join(map(repr, on_axes))}?" if on_axes else did_you_mean(name, known)
-                advice = advice or f"; choose one of {', '.join(known)}."
+                advice = did_you_mean(name, known) or f"; choose one of {', '.join(known)}."
                 raise ConfigurationError(f"{key} is no effect that can be given{advice}")
             needed = "an Estimate, the coefficient with its standard deviation and unit"
             refuse(not isinstance(coefficient, Estimate), f"{key} = {coefficient!r} must be {needed}.")
@@ -217,7 +206,6 @@ class GivenRig:
 class RigConfiguration(GivenRig):
     """One rig, as its heli.toml states it."""
 
-    _prefix = "rig."
     name: str = "rig"
     format: LogFormat = CONTRACT
     controller: ControllerConfiguration = ControllerConfiguration()

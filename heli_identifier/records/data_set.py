@@ -15,9 +15,9 @@ from heli_identifier.signatures import check_types
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
 from .overlap import find_shared_flight
-from .plausibility import SAME_VOLTAGE, STANDING_STILL, why_still
+from .plausibility import STANDING_STILL, why_still
 from .reading import read_log
-from .units import ANGLES, VOLTAGES
+from .units import ANGLES
 
 LogSource = Log | str | PathLike[str]
 """A log, or the file of one with the default columns; `read_log` reads others."""
@@ -90,21 +90,15 @@ def common_configuration(logs: Sequence[Log]) -> RigConfiguration | None:
 
 
 def check_excitation(logs: Sequence[Log]) -> None:
-    """Raise a LogError if a voltage is constant in all logs, or equals the other one in all logs."""
+    """Raise a LogError if a voltage or the difference of both is constant in all logs, or there is no log."""
     if not logs:
         raise LogError("no log was given; name at least one file.")
-    names = ", ".join(map(_path_or_name, logs))
-    extents = np.max([np.ptp(log.voltages, axis=0) for log in logs], axis=0)
-    if extents.min() < _CONSTANT_V:
-        raise LogError(
-            f"{names}: {VOLTAGES[extents.argmin()]} is constant in every log, so there is nothing to identify; excite "
-            "the rig, for instance with the Exciter's square and chirp."
-        )
-    if all(np.abs(log.voltages[:, 0] - log.voltages[:, 1]).max() < SAME_VOLTAGE for log in logs):
-        raise LogError(
-            f"{names}: v_front equals v_rear in every sample, so nothing drives the pitch; check whether one column "
-            "was taken for both, or add a log in which they differ."
-        )
+    for what, weights in (("v_front", (1, 0)), ("v_rear", (0, 1)), ("v_front - v_rear", (1, -1))):
+        if max(float(np.ptp(log.voltages @ weights)) for log in logs) < _CONSTANT_V:
+            raise LogError(
+                f"{', '.join(map(_path_or_name, logs))}: {what} is constant in every log, so there is nothing to "
+                "identify; excite the rig, for instance with the Exciter's square and chirp, or correct the columns."
+            )
 
 
 def check_moving(logs: Sequence[Log]) -> None:
@@ -120,29 +114,25 @@ def check_held_out_is_new(training: Sequence[Log], held_out: Sequence[Log]) -> N
     """Raise a LogError for a held-out log that shares flight with another log: it must be new to the model."""
     for index, log in enumerate(held_out):
         for other in (*training, *held_out[:index]):
-            if (flight := find_shared_flight(other, log)) is None:
-                continue
-            name, other_name = _path_or_name(log), _path_or_name(other)
-            where = f" ({flight[2]:.0f} s from {flight[1]:.0f} s on, there from {flight[0]:.0f} s on)"
-            if other not in training:
-                raise LogError(f"{name} holds the same samples as {other_name}{where}; give each log once.")
-            raise LogError(
-                f"{name} is held out for validation but shares samples with training log {other_name}"
-                f"{where}; give a log, or a stretch of it, that the fit has not seen."
-            )
+            if flight := find_shared_flight(other, log):
+                where = f"{flight[2]:.0f} s from {flight[1]:.0f} s on, there from {flight[0]:.0f} s on"
+                raise LogError(
+                    f"{_path_or_name(log)} is held out for validation but shares samples with {_path_or_name(other)} "
+                    f"({where}); give a log, or a stretch of it, that has no other use."
+                )
 
 
 def drop_excerpts(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
     """Leave out training logs that share flight with a longer one, such as its excerpts; return a note for each."""
     kept, notes = list[Log](), list[str]()
     for log in sorted(training, key=lambda log: -log.duration):
-        shared = ((longer, flight) for longer in kept if (flight := find_shared_flight(longer, log)))
-        if match := next(shared, None):
-            longer, flight = match
-            notes.append(
-                f"{_path_or_name(log)} is left out: {flight[2]:.0f} s of it are the same flight as "
-                f"{_path_or_name(longer)}, and what is counted twice seems twice as certain"
-            )
+        for longer in kept:
+            if flight := find_shared_flight(longer, log):
+                notes.append(
+                    f"{_path_or_name(log)} is left out: {flight[2]:.0f} s of it are the same flight as "
+                    f"{_path_or_name(longer)}, and what is counted twice seems twice as certain"
+                )
+                break
         else:
             kept.append(log)
     return tuple(log for log in training if log in kept), tuple(notes)

@@ -16,8 +16,8 @@ estimate of an angle.
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import combinations
+from dataclasses import dataclass
+from itertools import product
 from os import PathLike
 from pathlib import Path
 
@@ -26,14 +26,13 @@ import numpy as np
 from heli_identifier.errors import LogError
 
 from . import response
-from .columns import DECIMAL_COMMA, Array, Table, name_and_unit, plain_name, read_stamps
+from .columns import Array, Table, name_and_unit, plain_name
 from .configuration import CONTRACT, LogFormat
 from .plausibility import quantisation_step
 from .reading import open_table
 from .response import Gains, fit_gains
-from .text import NUMBERED
 from .timing import check_extent
-from .units import ANGLES, COMBINED, STAMP, VOLTAGES, factor_to_si, parse_unit
+from .units import ANGLES, COMBINED, VOLTAGES, factor_to_si, parse_unit
 
 _NAMES = {
     "time": r"time|t|zeit|seconds?|timestamp|x_value|x|datetime",
@@ -69,13 +68,13 @@ class Guess:
     """A probable configuration of a log."""
 
     format: LogFormat
-    reasons: dict[str, str]  # by the keys of the configuration: ``columns.pitch``, ``decimal``
+    reasons: dict[str, str]  # by the keys of the configuration: such as ``columns.pitch``
     doubts: tuple[str, ...]
 
 
 def guess(path: str | PathLike[str]) -> Guess:
     """Guess the configuration of a log; a LogError says that it is no table, or that its signals are not found."""
-    table, decimal = _read_table(Path(path))
+    table, _ = open_table(Path(path))
     headers, reasons = table.headers, dict[str, str]()
     named = _find_names(headers, _NAMES) | _find_names(headers, {signal: signal for signal in _NAMES})
     numbers = {
@@ -111,7 +110,7 @@ def guess(path: str | PathLike[str]) -> Guess:
             f"the voltages exceed {limit:g} V, so they are taken for commands before the amplifiers limit them; if the "
             f"motors got them, set voltage_limit = {np.ceil(highest):g} under [rig] and take this away"
         )
-    start = None if unit == STAMP else _find_take_off(seconds, values["elevation"], reasons)
+    start = _find_take_off(seconds, values["elevation"], reasons)
     first = 0 if start is None else int((seconds >= start).argmax())
     gains = response.find_responses(np.clip(voltages, -limit, limit)[first:], angles[first:], rate_hz)
     signs, swap = _guess_signs("v_front" in chosen, gains, reasons)
@@ -121,24 +120,12 @@ def guess(path: str | PathLike[str]) -> Guess:
         explains = f"the voltages explain {share} of its" if signal in ANGLES else f"explains {share} of the {axis}'s"
         reasons[f"columns.{signal}"] = f"{explains} acceleration"
     reasons |= {f"columns.{signal}": f"called {headers[named[signal]]!r}" for signal in columns if signal in named}
-    if decimal == ",":
-        reasons["decimal"] = "cells hold decimal commas"
     free = [text if i in candidates and i not in chosen.values() else "" for i, text in enumerate(headers)]
     references = {axis: headers[index] for axis, index in _find_names(free, _REFERENCES).items()}
     reasons |= {f"references.{axis}": f"called {text!r}" for axis, text in references.items()}
     encoders = (counts["pitch"], counts["elevation"], counts["travel"])
-    format = LogFormat(columns, units, signs, references, swap, start, None, decimal, encoders, clip=clip)
+    format = LogFormat(columns, units, signs, references, swap, start, None, encoders, clip=clip)
     return Guess(format, reasons, _list_doubts(named, gains))
-
-
-def _read_table(path: Path) -> tuple[Table, str]:
-    """Read a file as a table with the decimal mark of its numbers."""
-    format = LogFormat(columns={"time": NUMBERED.format(1)})  # which reads files without headers as well
-    table, _ = open_table(path, format)
-    texts = [str(v[len(v) // 2]).strip() for v in table.columns if v.dtype.kind == "O" and len(v)]
-    if sum(bool(DECIMAL_COMMA.fullmatch(text)) for text in texts) < 3:
-        return table, "."
-    return open_table(path, replace(format, decimal=","))[0], ","
 
 
 def _find_names(headers: Sequence[str], patterns: Mapping[str, str]) -> dict[str, int]:
@@ -152,15 +139,10 @@ def _find_time(
     table: Table, numbers: Mapping[int, Array], named: int | None, reasons: dict[str, str]
 ) -> tuple[int, str, Array]:
     """Find column and unit of the time, and its instants [s]; a LogError says that no column increases evenly."""
-    if named is not None and table.columns[named].dtype.kind in "OM":
-        seconds = read_stamps(table.columns[named])
-        if np.isfinite(seconds).all() and len(seconds) > 1 and seconds[-1] > 0.0:
-            reasons["units.time"] = "its cells are time stamps"
-            return named, STAMP, seconds
     clocks = [i for i, v in numbers.items() if _is_clock(v)]
     if not clocks:
-        kinds = f"in seconds, or as time stamps of {STAMP}"
-        raise LogError(f"{table.file}: no column increases from row to row, so none is the time; add one {kinds}.")
+        advice = "add one in seconds, or as time stamps of ISO 8601"
+        raise LogError(f"{table.file}: no column increases from row to row, so none is the time; {advice}.")
     unnamed = next((i for i in clocks if (np.diff(numbers[i]) != 1.0).any()), clocks[0])  # steps of 1 may count rows
     time = named if named in clocks else unnamed
     if time != named:
@@ -188,45 +170,41 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
     if not 5 <= len(candidates) <= _MOST_COLUMNS:
         return {}
     indices, columns = list(candidates), np.column_stack([*candidates.values()])
-    known = {signal: indices.index(index) for signal, index in named.items() if index in candidates}
     values, step = response.average(columns, rate_hz)
     factors = [_guess_factor(column) for column in columns.T]
     unwrapped = [np.unwrap(column, period=2.0 * np.pi / f) for column, f in zip(columns.T, factors, strict=True)]
     angles, _ = response.average(np.column_stack(unwrapped), rate_hz)
     signals = response.filter_columns(angles, step)
-    excluded = response.find_derivatives(signals) | {*known.values()}
+    known = {signal: [indices.index(index)] for signal, index in named.items() if index in candidates}
+    excluded = response.find_derivatives(signals) | {place for (place,) in known.values()}
     free = [i for i, extent in enumerate(np.ptp(values, axis=0)) if extent > 0.0 and i not in excluded]
     bonus = [_ENCODER_BONUS * (quantisation_step(column) > 0.0) for column in columns.T]
     measured = [i for i in free if bonus[i]]  # by encoders; a reference or an estimate of an angle is smooth
-    options = {signal: free for signal in (*VOLTAGES, *COMBINED)}
-    options |= dict.fromkeys(ANGLES, measured if len(measured) >= len(ANGLES) else free)
-    options |= {signal: [place] for signal, place in known.items() if signal in options}
-    count = {kind: sum(signal in known for signal in kind) for kind in (VOLTAGES, COMBINED)}
+    options = dict.fromkeys((*VOLTAGES, *COMBINED), free)
+    options |= dict.fromkeys(ANGLES, measured if len(measured) >= len(ANGLES) else free) | known
+    count = {kind: len(known.keys() & {*kind}) for kind in (VOLTAGES, COMBINED)}
     kinds = [kind for kind in count if count[kind] == max(count.values())]
     pairs = [(kind, i, j) for kind in kinds for i in options[kind[0]] for j in options[kind[1]] if i != j]
-    if not pairs or not all(options[angle] for angle in ANGLES):
+    if not pairs:
         return {}
     kind_of_pair, first, second = zip(*pairs, strict=True)
     is_front_rear = np.array([kind == VOLTAGES for kind in kind_of_pair])
     v, w = values[:, first], values[:, second]
     total, difference = np.where(is_front_rear, v + w, v), np.where(is_front_rear, v - w, w)
     by_total, by_difference = (response.filter_columns(v, step).value for v in (total, difference))
-    elevations, travels = (np.array(options[angle])[:, None] for angle in ANGLES[1:])
-    elevation_score = np.stack([fit_gains(signals, e, by_total).share + bonus[e] for e in options["elevation"]])
-    best, chosen = -np.inf, dict[str, int]()
+    elevation = {e: fit_gains(signals, e, by_total).share + bonus[e] for e in options["elevation"]}
+    best, chosen = 0.0, dict[str, int]()
     for p in options["pitch"]:
         by_thrust = response.filter_columns(total * np.sin(factors[p] * angles[:, [p]]), step).value
-        pitch_score = fit_gains(signals, p, by_difference).share + bonus[p] + _FRONT_REAR_BONUS * is_front_rear
-        travel_score = np.stack([2.0 * fit_gains(signals, t, by_thrust).share + bonus[t] for t in options["travel"]])
-        score = pitch_score + travel_score[:, None] + elevation_score  # by travel, elevation and pair
-        places = (np.array(first), np.array(second), np.array(p), elevations, travels[:, None])
-        for place, other in combinations(places, 2):  # no column is two signals
-            score[np.broadcast_to(place == other, score.shape)] = -np.inf
-        t, e, pair = np.unravel_index(score.argmax(), score.shape)
-        if score[t, e, pair] > best + 1e-6:
-            best = score[t, e, pair]
-            choice = (first[pair], second[pair], p, options["elevation"][e], options["travel"][t])
-            chosen = {signal: indices[i] for signal, i in zip((*kind_of_pair[pair], *ANGLES), choice, strict=True)}
+        pitch = fit_gains(signals, p, by_difference).share + bonus[p] + _FRONT_REAR_BONUS * is_front_rear
+        travel = {t: 2.0 * fit_gains(signals, t, by_thrust).share + bonus[t] for t in options["travel"]}
+        for e, t in product(elevation, travel):
+            is_other = ~np.isin(np.transpose((first, second)), (p, e, t)).any(axis=1)
+            score = np.where(is_other, pitch + elevation[e] + travel[t], -np.inf)
+            at = int(score.argmax())
+            if len({p, e, t}) == len(ANGLES) and score[at] > best + 1e-6:
+                best, places = float(score[at]), (first[at], second[at], p, e, t)
+                chosen = {signal: indices[i] for signal, i in zip((*kind_of_pair[at], *ANGLES), places, strict=True)}
     return chosen
 
 

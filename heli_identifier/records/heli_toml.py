@@ -8,12 +8,11 @@ keys and their types. The classes in `configuration` check the bounds.
 import json
 import re
 import tomllib
-from dataclasses import fields
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, printable, refuse, require_range
+from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, printable, require_range
 from heli_identifier.files import read_limited, write_atomically
 from heli_identifier.online import Estimate
 from heli_identifier.signatures import check_types
@@ -28,8 +27,7 @@ if TYPE_CHECKING:
     from .guess import Guess
 
 _LARGEST_MB = 1.0  # largest file that is read
-_TEMPLATE = Path(__file__).with_name("heli.toml.template")
-_ENTRY = re.compile(r"(# )?(?P<key>\w+) = .*?  # (?P<comment>.*)")
+TEMPLATE = Path(__file__).with_name("heli.toml.template")
 
 _TYPE_NAMES = {str: "a text in quotes", int: "a whole number", bool: "true or false", float: "a number"}
 _LIST_NAMES = {2: "the coefficient and its standard deviation, as [1.0, 0.1]", 3: "a list of three numbers"}
@@ -38,7 +36,7 @@ _LIST_NAMES = {2: "the coefficient and its standard deviation, as [1.0, 0.1]", 3
 
 def read_examples() -> dict[str, Any]:
     """Return every key of the file with an example of its value: the template with its commented examples."""
-    lines = _TEMPLATE.read_text("utf-8").splitlines()
+    lines = TEMPLATE.read_text("utf-8").splitlines()
     return tomllib.loads("\n".join(line.removeprefix("# ") if " = " in line else line for line in lines))
 
 
@@ -114,42 +112,35 @@ def _read_pid(section: dict[str, Any], voltage_limit: float) -> PidSettings | No
         for name, value, unit in zip(gains._fields, gains, units, strict=True):
             require_range(f"controller.pid.{axis}, {name}", value, unit, 0.0, 1e3)
     require_range("controller.pid.trim", trim, "V", -2.0 * voltage_limit, 2.0 * voltage_limit)
-    alone = f"controller.pid.trim = {trim} V stands alone; add the gains of the loops that fly, or leave it out."
-    refuse("trim" in section and not loops, alone)
-    if not loops:
+    if not section:
         return None
     pitch, elevation, travel = (loops.get(axis, AxisGains(0.0, 0.0, 0.0)) for axis in ANGLES)
     return PidSettings(pitch, elevation, travel, "travel" in loops, trim, voltage_limit=voltage_limit)
 
 
 def write_template(path: str | PathLike[str], guess: "Guess | None" = None) -> Path:
-    """Write a configuration with every key explained, but not over a file, which may hold the user's work."""
+    """Write the template, or what was guessed; not over a file, which may hold the user's work."""
     if Path(path).is_file() or Path(path).is_dir():  # a device may be written to
         raise ConfigurationError(f"{path} exists already; delete it or name another file.")
-    return write_atomically(path, template_text(guess))
+    return write_atomically(path, _describe_guess(guess) if guess else TEMPLATE.read_text("utf-8"))
 
 
-def template_text(guess: "Guess | None" = None) -> str:
-    """Return the text of the template, with guessed values and their reasons in place of the defaults."""
-    lines = _TEMPLATE.read_text("utf-8").splitlines()
-    if guess is None:
-        return "\n".join([*lines, ""])
+def _describe_guess(guess: "Guess") -> str:
+    """Write guessed values as TOML, each with its reason."""
+    lines = [
+        "# What `heli init` found in a log, each guess with its reason. Confirm every one of them.",
+        "# `heli init` without a log explains all keys.",
+        *(f"# NOT CERTAIN: {printable(text)}." for text in guess.doubts),
+    ]
     format = guess.format
-    values: dict[str, Any] = {f"rig.encoder_counts.{angle}": format.counts_per_turn(angle) for angle in ANGLES}
-    for field in fields(format):
-        value = getattr(format, field.name)
-        if isinstance(value, dict):
-            values |= {f"log.{field.name}.{key}": item for key, item in value.items()}
-        values[f"log.{field.name}"] = value
-    section = ""
-    for number, line in enumerate(lines):
-        if line.startswith("["):
-            section = line.strip("[]")
-        elif (entry := _ENTRY.fullmatch(line)) and (value := values.get(f"{section}.{entry['key']}")) is not None:
-            reason = guess.reasons.get(f"{section}.{entry['key']}".removeprefix("log."), entry["comment"])
+    sections = {"rig.encoder_counts": {axis: format.counts_per_turn(axis) for axis in ANGLES}}
+    sections["log"] = {key: getattr(format, key) for key in ("start", "swap_rotors", "clip") if key in guess.reasons}
+    sections |= {f"log.{name}": getattr(format, name) for name in ("columns", "units", "references", "signs")}
+    for section, values in sections.items():
+        lines += ["", f"[{section}]"] if values else []
+        for key, value in values.items():
+            reason = printable(guess.reasons.get(f"{section}.{key}".removeprefix("log."), ""))
             # JSON writes a text as TOML does, except for the control character DEL.
             quoted = json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-            lines[number] = f"{entry['key']} = {quoted}  # {printable(reason)}"
-    doubts = [f"# NOT CERTAIN: {printable(text)}." for text in guess.doubts]
-    title = "# What `heli init` found in a log, each guess with its reason. Confirm every one of them."
-    return "\n".join([lines[0], title, *doubts, *lines[1:], ""])
+            lines.append(f"{key} = {quoted}" + (f"  # {reason}" if reason else ""))
+    return "\n".join([*lines, ""])

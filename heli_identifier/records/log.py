@@ -84,18 +84,16 @@ class Log:
             ("voltages", self.voltages, (count, 2), HIGHEST_VOLTAGE, "V"),
             ("angles", self.angles, (count, 3), FARTHEST_TRAVEL, "rad"),
         ]
-        signals += [(f"the {axis} reference", values, (count,), inf, "rad") for axis, values in self.references.items()]
+        for axis, values in self.references.items():
+            signals.append((f"the {axis} reference", values, (count,), FARTHEST_TRAVEL, "rad"))
         for name, values, shape, bound, unit in signals:
             self._require(values.shape == shape, f"{name} has shape {values.shape}, {shape} is needed")
-            invalid = ~np.isfinite(values)
-            row = int(np.argwhere(invalid)[0][0]) if invalid.any() else 0
-            self._require(not invalid.any(), f"{name} is not finite at sample {row}; leave that out")
-            largest = float(np.abs(values).max(initial=0.0))
-            message = f"{name} reach {largest:.4g} {unit}, which no rig can (at most {bound:g}); give them in {unit}"
-            self._require(largest <= bound, message)
+            wrong = np.argwhere(~(np.abs(values) <= bound))  # NaN as well
+            problem = f"{name}, sample {wrong[0][0] if len(wrong) else 0}: not finite, or beyond {bound:g} {unit}"
+            self._require(not len(wrong), f"{problem}; give them in {unit}, or leave that out")
         axes = (*self.references, *(event.axis for event in self.events))
-        wrong = next((axis for axis in axes if axis not in ANGLES), None)
-        self._require(wrong is None, f"{wrong!r} is no axis; choose one of {', '.join(ANGLES)}")
+        unknown = next((axis for axis in axes if axis not in ANGLES), None)
+        self._require(unknown is None, f"{unknown!r} is no axis; choose one of {', '.join(ANGLES)}")
         for event in self.events:
             self._require(event.log == self.name, f"an event of log {event.log!r} is not of this log; rename it")
             is_passage = -inf < event.start <= event.end < inf

@@ -18,25 +18,15 @@ from heli_identifier.errors import HELI_TOML, LogError
 
 from .columns import Array, Column
 from .configuration import HIGHEST_VOLTAGE
-from .log import FARTHEST_TRAVEL
 from .units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 
-POSSIBLE_ANGLE = 2.5 * np.pi  # of pitch or elevation either way [rad]: a quarter of a turn, and a turn of the encoder
-SUSPICIOUS_ANGLE = np.pi  # of pitch or elevation either way [rad] above which a note asks for the unit
+POSSIBLE_ANGLE = np.pi  # of pitch or elevation either way [rad], twice what mechanics allow
 POSSIBLE_SPEED = 4.0 * np.pi  # largest travel within a second [rad/s]
-SAME_VOLTAGE = 1e-3  # difference of two voltages [V] up to which they are the same
 STANDING_STILL = "a clamped axis or a dead encoder tells nothing about itself"
-LEAST_MOTION = 1e-3  # least range of an angle that moves [rad]: a count of an encoder of 4096 counts is 1.5e-3
 
-NOISE_ALONE = 0.5
-"""Least von Neumann's ratio, half the mean square of the changes from sample to sample over the variance, of an angle
-that holds only noise. It is 1 for white noise, with a standard error of 1/sqrt(N), and 2 sin²(pi f/rate) for a motion
-of frequency f: .5 at a sixth of the rate, that is 8 Hz at 50 Hz, far too fast for an arm of a metre."""
-
-FLICKER = 2
-"""Counts over which an encoder at rest flickers, one on either side of its mark. A rig that hovers quietly moves
-further, though its encoder may jump by a count at every sample: noise of up to half a squared count. An axis with more
-noise is not measured by an encoder."""
+LEAST_MOTION = 4e-3
+"""Least range of an angle that moves [rad]: an encoder of 4096 counts at rest flickers over two counts of 1.5e-3 rad,
+and a rig that hovers quietly moves further."""
 
 FEWEST_CHANGES = 20  # of a signal whose steps can be found: values set by hand change less often
 MOST_STEPS = 50  # in a usual change: 16384 counts a turn at 1 rad/s and 50 Hz; fine digits mostly give more
@@ -47,7 +37,6 @@ counts. With larger digits, interpolated readings look like those of an encoder 
 
 EXCURSION = 0.3  # deviation of a single sample [rad] that no rig makes: at 50 Hz it needs 15 rad/s each way
 
-_USUAL_UNITS = ("ms", "mV", "rad", "deg", "counts")  # units that loggers use; others are rare enough to confuse
 _TURN = 2.0 * np.pi
 _MOST_TURNS = 2.0  # an encoder that wraps and loses count at the same time
 _JUMP = np.pi  # from one sample to the next this is 157 rad/s at the lowest rate; the rig reaches a few rad/s
@@ -73,20 +62,15 @@ def unwrap_angle(angle: Array, column: Column, file: str, row: int) -> tuple[Arr
         if any(angle.min() >= lower - 1e-6 and angle.max() <= lower + _TURN + 1e-6 for lower in (-np.pi, 0.0)):
             outlier &= np.abs(deviation - _TURN) > _OFF_TURN  # a turn to and fro at the edge is the last count
     large = size > _JUMP
-    impossible = large & ~((off_turn <= _OFF_TURN) & (size <= _MOST_TURNS * _TURN + _OFF_TURN))
-    remedy = f"state its unit under [log.units] of {HELI_TOML}, or cut the log there with --from and --to."
-    advice = f"when read in {column.unit}, which no rig can; correct the value, {remedy}"
-    if outlier.any():
-        at = int(outlier.argmax()) + 1
-        before, value, after = angle[at - 1 : at + 2]
+    wrong = large & ~((off_turn <= _OFF_TURN) & (size <= _MOST_TURNS * _TURN + _OFF_TURN))
+    wrong[:-1] |= outlier
+    if wrong.any():
+        at = int(wrong.argmax()) + 1
         raise LogError(
-            f"{file}, row {row + at}: {signal} is {value:.6g} rad for one sample, {before:.4g} rad before and "
-            f"{after:.4g} rad after it {advice} Is it a mark of a missing value?"
+            f"{file}, row {row + at}: {signal} is {angle[at]:.6g} rad and was {angle[at - 1]:.4g} rad in the row "
+            f"before when read in {column.unit}, which no rig can; correct the value (is it a mark of a missing one?), "
+            f"state its unit under [log.units] of {HELI_TOML}, or cut the log there with --from and --to."
         )
-    if impossible.any():
-        at = int(impossible.argmax())
-        jump = f"{signal} jumps by {jumps[at]:.3g} rad from the row before"
-        raise LogError(f"{file}, row {row + at + 1}: {jump} {advice}")
     notes = list[str]()
     if count := int(large.sum()):
         angle = np.unwrap(angle)
@@ -108,14 +92,7 @@ def why_still(angle: Array) -> str | None:
     extent = float(np.ptp(angle))
     if extent == 0.0:
         return "never changes"
-    if extent < LEAST_MOTION:
-        return f"moves by {extent:.2g} rad in all, which no encoder resolves"
-    noise, variance = 0.5 * float(np.mean(np.diff(angle) ** 2)), float(np.var(angle))
-    if noise <= NOISE_ALONE * variance:
-        return None
-    count = quantisation_step(angle)
-    hovers = noise <= 0.5 * count**2 and extent > (FLICKER + 0.5) * count
-    return None if hovers else "holds nothing but noise"
+    return f"moves by {extent:.2g} rad in all, no more than an encoder flickers" if extent < LEAST_MOTION else None
 
 
 def quantisation_step(values: Array) -> float:
@@ -150,18 +127,16 @@ def check_plausible(columns: Sequence[Column], values: Mapping[str, Array], rate
     """Raise a LogError that names the signals, shape (N,) each in SI and unwrapped, that no rig can reach."""
     largest = {signal: float(np.abs(samples).max()) for signal, samples in values.items()}
     largest |= dict.fromkeys(COMBINED, max(largest[signal] for signal in VOLTAGES))  # already converted to voltages
-    second = max(1, round(rate_hz))
-    turned = float(np.abs(values["travel"][second:] - values["travel"][:-second]).max(initial=0.0))
+    second = max(1, round(rate_hz))  # the travel is unlimited, but slow
+    largest["travel"] = float(np.abs(values["travel"][second:] - values["travel"][:-second]).max(initial=0.0))
     problems, remedies, clip = list[str](), list[str](), ""
     for column in columns:
         signal, unit = column.signal, SI_UNIT[column.signal]
-        verb, value = "gives voltages up to" if signal in COMBINED else "reaches", largest[signal]
-        bound = HIGHEST_VOLTAGE if unit == "V" else FARTHEST_TRAVEL if signal == "travel" else POSSIBLE_ANGLE
-        if signal == "travel" and value <= bound:
-            verb, value, bound = "turns within a second by", turned, POSSIBLE_SPEED
-        if value > bound:
-            problems.append(f"{signal} {verb} {value:.4g} {unit} when read in {column.unit} (at most {bound:.3g})")
-            others = [f'"{name}"' for name in known_units(signal) if name != column.unit and name in _USUAL_UNITS]
+        bound = HIGHEST_VOLTAGE if unit == "V" else POSSIBLE_SPEED if signal == "travel" else POSSIBLE_ANGLE
+        if largest[signal] > bound:
+            reach = f"{largest[signal]:.4g} {unit}{' within a second' if signal == 'travel' else ''}"
+            problems.append(f"{signal} reaches {reach} when read in {column.unit} (at most {bound:.3g})")
+            others = [f'"{name}"' for name in known_units(signal) if name != column.unit]
             remedies.append(f"{signal} = {' or '.join(others)}")
             if unit == "V":
                 clip = "; if these are commands before the amplifiers' limit, set clip = true under [log] there"
@@ -180,14 +155,7 @@ def describe_values(voltages: Array, angles: Array, limit: float) -> tuple[str, 
         if beyond:
             samples = f"in {beyond} of {len(size)} samples (up to {size.max():.3g} V)"
             notes.append(f"{name} exceeds ±{limit:g} V {samples} and is kept unchanged")
-    if np.abs(voltages[:, 0] - voltages[:, 1]).max() < SAME_VOLTAGE:
-        notes.append(
-            "v_front equals v_rear in every sample: nothing drives the pitch, unless one column was taken for both"
-        )
     for name, values in zip(ANGLES, angles.T, strict=True):
-        largest = np.abs(values).max()
         if why := why_still(values):
             notes.append(f"{name} {why}: {STANDING_STILL}")
-        elif name != "travel" and largest > SUSPICIOUS_ANGLE:
-            notes.append(f"{name} reaches {largest:.3g} rad, more than half a turn: are these degrees?")
     return tuple(notes)

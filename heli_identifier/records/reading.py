@@ -15,7 +15,7 @@ from heli_identifier.errors import LogError, printable
 from heli_identifier.files import read_limited
 from heli_identifier.signatures import check_types
 
-from .binary import READERS, TOO_LARGE, read_binary
+from .binary import LARGEST_MB, READERS, read_binary
 from .columns import Array, Column, Table, find_columns
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
@@ -58,7 +58,7 @@ def read_log(
     """
     configuration = format if isinstance(format, RigConfiguration) else None
     format = format.format if isinstance(format, RigConfiguration) else format
-    table, sha256 = open_table(Path(path), format)
+    table, sha256 = open_table(Path(path))
     columns = find_columns(table, format)
     start, end = format.start if start is None else start, format.end if end is None else end
     rows, notes = _crop(table, columns[0], start, end)
@@ -77,7 +77,7 @@ def read_log(
     del table  # it may be large, and its columns have been copied
 
     rate_hz, grid, resampled = find_sampling(time, file, row)
-    unwrapped = []
+    notes += resampled
     for column, reference in zip(columns[3:6], REFERENCES, strict=True):
         angle, note = unwrap_angle(values[column.signal], column, file, row)
         if note and reference in values:  # of itself it may jump by any angle
@@ -85,11 +85,11 @@ def read_log(
             values[reference] = asked - whole_turns(asked - angle)
             note.append(f"{reference} taken from the same turns")
         values[column.signal] = angle
-        unwrapped += note
+        notes += note
     if time[0] != 0.0:
         notes.append(f"time counts from 0, which the file calls {time[0]:g} s")
     values, converted = _apply_signs(values, columns, format)
-    notes += [*converted, *unwrapped, *resampled]
+    notes += converted
     check_plausible(columns[1:6], values, rate_hz, file)
     if grid is not None:
         values = {
@@ -111,30 +111,27 @@ def read_log(
     )
 
 
-def open_table(path: Path, format: LogFormat) -> tuple[Table, str]:
+def open_table(path: Path) -> tuple[Table, str]:
     """Read a log as a table, with the SHA-256 of its bytes; a LogError if it is no file, too large or no table."""
-    advice = "name the log files in it"
-    data = read_limited(path, format.largest_file, LogError, "; check the path", advice, TOO_LARGE)
+    data = read_limited(path, LARGEST_MB, LogError, "; check the path", "name the log files in it", "; cut it")
     digest, name = hashlib.sha256(data).hexdigest(), path.name.lower()
     if name.endswith(".gz"):
-        data, name = _decompress(data, path, format.largest_file), name.removesuffix(".gz")
+        data, name = _decompress(data, path), name.removesuffix(".gz")
     ending = Path(name).suffix
-    if ending in READERS:
-        return read_binary(data, ending, str(path), format), digest
-    return read_text(data, str(path), format), digest
+    return (read_binary(data, ending, str(path)) if ending in READERS else read_text(data, str(path))), digest
 
 
-def _decompress(data: bytes, path: Path, largest: float) -> bytes:
-    """Return the content of a gzip file of at most ``largest`` MB."""
+def _decompress(data: bytes, path: Path) -> bytes:
+    """Return the content of a gzip file of at most :data:`.binary.LARGEST_MB`."""
     content = bytearray()
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
-            while len(content) <= 1e6 * largest and (piece := file.read(1 << 20)):
+            while len(content) <= 1e6 * LARGEST_MB and (piece := file.read(1 << 20)):
                 content += piece
     except (OSError, EOFError, zlib.error) as error:
         raise LogError(f"{path} is not readable as gzip ({error}); pack it again.") from error
-    if len(content) > 1e6 * largest:
-        raise LogError(f"{path} cannot be read: it has more than {largest:g} MB unpacked{TOO_LARGE}.")
+    if len(content) > 1e6 * LARGEST_MB:
+        raise LogError(f"{path} cannot be read: it has more than {LARGEST_MB:g} MB unpacked; cut it.")
     return bytes(content)
 
 
@@ -142,24 +139,16 @@ def _crop(table: Table, column: Column, start: float | None, end: float | None) 
     """Find the rows from the first one at or after `start` to the last one before time exceeds `end`."""
     time = table.values(column)
     count, finite = len(time), time[np.isfinite(time)]
-    for option, instant in (("start", start), ("end", end)):
-        if instant is not None and not np.isfinite(instant):
-            raise LogError(f"{table.file}: {option} = {instant:g} s must be finite.")
-    from_s, to_s = -np.inf if start is None else start, np.inf if end is None else end
-    if to_s <= from_s:
-        raise LogError(f"{table.file}: end = {to_s:g} s must come after start = {from_s:g} s.")
     if (start is None and end is None) or not len(finite):
         return slice(0, count), []  # a time column without numbers is reported when its cells are converted
+    from_s, to_s = -np.inf if start is None else start, np.inf if end is None else end
     # A printed instant may differ from the given one by the last bit; that must not cost a sample.
     tolerance = max(1e-9, 8.0 * float(np.finfo(float).eps * np.abs(finite).max()))
-    late_enough = time >= from_s - tolerance
-    if not late_enough.any():
-        raise LogError(f"{table.file}: start = {start:g} s lies after the log's end, {finite.max():g} s.")
-    first = int(late_enough.argmax())
-    too_late = np.append(time[first:] > to_s + tolerance, True)
-    last = first + int(too_late.argmax())
-    if last == first:
-        raise LogError(f"{table.file}: end = {end:g} s lies before the log's start at {time[first]:g} s.")
+    first = int(np.append(time >= from_s - tolerance, True).argmax())
+    last = first + int(np.append(time[first:] > to_s + tolerance, True).argmax())
+    if last == first or not from_s < to_s:  # one of them may be nan
+        lasts = f"the log lasts from {finite.min():g} s to {finite.max():g} s"
+        raise LogError(f"{table.file}: nothing lies between start = {from_s:g} s and end = {to_s:g} s; {lasts}.")
     stretch = f"{time[first]:g} s to {time[last - 1]:g} s"
     return slice(first, last), [f"kept {stretch} of the file ({last - first} of {count} rows)"]
 

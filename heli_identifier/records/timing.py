@@ -1,13 +1,10 @@
 """Find the uniform rate behind the instants of a log.
 
-Identification needs samples at i/rate. There are three kinds of time column:
-
-* Uniform within a thousandth of a step: used unchanged.
-* Printed with too few digits for its step (300 Hz in whole milliseconds: 3, 3, 4 ms): the samples were uniform, only
-  the printed times are not. The sampling interval is the mean.
-* Uneven, by jitter or by lost samples, which leave steps that are whole multiples of the usual one: resampled to the
-  rate at which most samples came. Angles are interpolated linearly. A voltage is constant between samples, so each new
-  sample is the mean of the voltage over its step; this keeps the impulse ∫ v dt that the motors received.
+Identification needs samples at i/rate. Instants that are uniform within a thousandth of a step are used unchanged.
+Others are uneven by jitter, by lost samples, which leave steps that are whole multiples of the usual one, or because
+they are printed with few digits. They are resampled to the rate at which most samples came: angles are interpolated
+linearly. A voltage is constant between samples, so each new sample is the mean of the voltage over its step; this keeps
+the impulse ∫ v dt that the motors received.
 
 A gap of more than `GAP_STEPS` median steps is refused, because nothing is known of the rig during it.
 """
@@ -25,7 +22,6 @@ GAP_STEPS = 5
 """Longest gap that is interpolated, in median steps: .1 s at the lowest rate, short against a pitch period of 7.7 s."""
 _RATE_TOLERANCE = 1e-3  # the clock of a 50 Hz logger may be .1 % slow
 _UNIFORM_STEPS = 1e-3  # an angle that moves at 1 rad/s is off by 1e-5 rad at 100 Hz, 1/150 of an encoder count
-_OFTEN_DOUBLED = 0.24  # share of doubled steps from which the digits are too few: up to 800 Hz (.25) in ms
 
 
 def find_sampling(time: Array, file: str, row: int) -> tuple[float, Array | None, list[str]]:
@@ -50,42 +46,20 @@ def find_sampling(time: Array, file: str, row: int) -> tuple[float, Array | None
             f"{file}, row {row + at}: no samples for {intervals[at - 1]:.4g} s before {time[at]:g} s, at most "
             f"{GAP_STEPS} steps of {median:.4g} s are bridged; cut the log in two there with --from and --to."
         )
-    rate, grid, notes = _estimate_sampling(time, intervals, median)
-    check_extent(rate, len(time if grid is None else grid), file)
-    return rate, grid, notes
-
-
-def _estimate_sampling(time: Array, intervals: Array, median: float) -> tuple[float, Array | None, list[str]]:
     duration = float(time[-1] - time[0])
     mean = duration / len(intervals)
     off_grid = float(np.abs(time - time[0] - mean * np.arange(len(time))).max())
     if off_grid <= _UNIFORM_STEPS * mean:
-        return _rounded_rate(1.0 / mean, off_grid / duration), None, []
-    # The coarsest digit (1, .1, ... 1e-6 s) of which all instants are multiples; 0 if there is none.
-    multiples = (10.0**-k for k in range(7) if np.abs(time * 10.0**k - np.round(time * 10.0**k)).max() < 1e-3)
-    digit = next(multiples, 0.0)
-    # The end points may be rounded by half a digit each, which tilts the grid by up to half a digit more.
-    if off_grid <= digit and not _samples_lost(intervals, median, digit):
-        rate = _rounded_rate(1.0 / mean, digit / duration)
-        interval = f"sampling interval taken as the mean, {1e3 / rate:.5g} ms ({rate:g} Hz)"
-        return rate, None, [f"time column printed to {1e3 * digit:g} ms; {interval}"]
+        rate = _rounded_rate(1.0 / mean, off_grid / duration)
+        check_extent(rate, len(time), file)
+        return rate, None, []
     # The median tells lost samples from jitter but jitters itself; the number of steps between the ends does not.
     steps = float(np.maximum(np.round(intervals / median), 1.0).sum())
     rate = _rounded_rate(steps / duration, 1.0 / steps)
     uneven = f"time is uneven (steps of {1e3 * intervals.min():.4g} to {1e3 * intervals.max():.4g} ms)"
     grid = time[0] + np.arange(int(np.floor(duration * rate + _UNIFORM_STEPS)) + 1) / rate
+    check_extent(rate, len(grid), file)
     return rate, grid, [f"{uneven}: resampled to {rate:g} Hz, angles linearly, voltages as means of what was held"]
-
-
-def _samples_lost(intervals: Array, median: float, digit: float) -> bool:
-    """Whether samples were lost: all steps are whole multiples of the usual one: 10 and 20 ms, not 3 and 4 ms."""
-    steps = np.round(intervals / median)
-    multiples = steps.min() == 1.0 and steps.max() > 1.0 and np.abs(intervals - steps * median).max() < 1e-3 * median
-    # If the usual step equals the last printed digit, there are two explanations: 700 Hz in whole milliseconds gives
-    # steps of 1 and 2 ms, and so does 1 kHz with lost samples. A logger loses few samples without longer gaps, so many
-    # doubled steps mean too few digits.
-    doubled = steps.max() == 2.0 and abs(median - digit) < 1e-3 * digit and np.mean(steps == 2.0) >= _OFTEN_DOUBLED
-    return bool(multiples and not doubled)
 
 
 def _rounded_rate(rate: float, uncertainty: float) -> float:

@@ -1,7 +1,7 @@
 """The six signals of a log, the units that a log may use for them, and the factors to SI units.
 
-A unit may be written in upper or lower case and by its common names (`degrees`, `°`, `sec`, `Volt`). An ambiguous name
-is refused: `Grad` is a degree in German and a 400th of a turn in English.
+A unit may be written in upper or lower case and by its common names (`degrees`, `°`, `sec`, `Volt`), but for ambiguous
+ones: `Grad` is a degree in German and a 400th of a turn in English.
 
 Instead of the two voltages a log may hold their sum v_front + v_rear and their difference v_front - v_rear.
 """
@@ -21,9 +21,6 @@ SI_UNIT = {
     "time": "s", **dict.fromkeys((*VOLTAGES, *COMBINED), "V"), **dict.fromkeys((*ANGLES, *REFERENCES), "rad"),
 }  # fmt: skip
 
-STAMP = "ISO 8601"
-"""Unit of a time column that holds time stamps, such as 2026-03-01T12:00:00.010; instants count from the first."""
-
 _UNITS = {  # for each SI unit: the units with their factor to it and their names
     "s": {
         "s": (1.0, "s sec secs second seconds sekunde sekunden seconde secondes"),
@@ -31,7 +28,6 @@ _UNITS = {  # for each SI unit: the units with their factor to it and their name
         "us": (1e-6, "us µs μs usec microsecond microseconds mikrosekunden"),
         "ns": (1e-9, "ns nsec nanosecond nanoseconds"),
         "min": (60.0, "min minute minutes minuten"),
-        STAMP: (1.0, "iso iso8601 datetime timestamp"),
     },
     "V": {"V": (1.0, "v volt volts"), "mV": (1e-3, "mv millivolt millivolts")},
     "rad": {
@@ -46,20 +42,11 @@ _UNIT_BY_NAME = {
     si: {name: unit for unit, (_, names) in units.items() for name in (unit.lower(), *names.split())}
     for si, units in _UNITS.items()
 }
-_UNIT_HINTS = {
-    "grad": 'probably degrees, "deg": so German calls them; in English a grad is a 400th of a turn',
-    **dict.fromkeys(("rad/s", "deg/s", "°/s", "rpm"), "a rate and no angle: name the column of the angle"),
-}
 
 
 def header(signal: str) -> str:
     """Return the standard column header of a signal, such as ``pitch [rad]``."""
     return f"{signal} [{SI_UNIT[signal]}]"
-
-
-def with_unit(name: str, unit: str) -> str:
-    """Append the unit that a file states beside a name, if there is one and the name holds none."""
-    return f"{name} [{unit.strip()}]" if unit.strip() and "[" not in name else name
 
 
 CONTRACT_HEADERS = tuple(header(signal) for signal in SIGNALS)
@@ -73,12 +60,6 @@ def known_units(signal: str) -> tuple[str, ...]:
 def parse_unit(signal: str, text: str) -> str | None:
     """Return the unit that a text names, one of `known_units` of the signal; None if it is unknown or ambiguous."""
     return _UNIT_BY_NAME[SI_UNIT[signal]].get(text.strip().lower())
-
-
-def explain_unit(signal: str, text: str) -> str:
-    """Say what an unknown unit probably means, or which units are known."""
-    known = known_units(signal)
-    return _UNIT_HINTS.get(text.strip().lower(), f"{', '.join(known[:-1])} or {known[-1]} is needed")
 
 
 def factor_to_si(signal: str, unit: str, counts_per_turn: int) -> float:

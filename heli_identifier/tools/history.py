@@ -194,7 +194,8 @@ def _describe_contradictions(estimates: Mapping[str, Estimate], outputs: Sequenc
         known = [(o.instruments[axis], o.instrument_errors[axis]) for o in outputs if o.instrument_errors[axis] > 0.0]
         if not known:
             continue
-        value, _, precision = meta_analysis.weighted_mean(*np.array(known).T, 0.0)
+        values, errors = np.array(known).T
+        value, _, precision = meta_analysis.weighted_mean(values, errors, 0.0)
         error = precision**-0.5
         if abs(value - estimates[name].value) > online.CONTRADICTION * error:
             notes.append(

@@ -27,9 +27,9 @@ FLIGHTS = (
     Fault("the place of a page that is not served", parameters(), f"{PLAY} --serve-at 127.0.0.1:8043", "--serve-at says where --serve shows the twin; add --serve."),
     Fault("the plant's parameters for the controller", parameters(), f"{PLAY} --controller parameters.json", "those of the PidController are needed"),
     Fault("the twin's parameters in the folder of the flight", inside("parameters.json"), "heli follow log.csv --speed 0 -p out/parameters.json -o out", "out/parameters.json lies in the folder of the flight"),
-    Fault("a folder where the flight's events go", beside(lambda out: (out / "events.json").mkdir()), PLAY, "events.json: it is a folder"),
+    Fault("a folder where the flight's events go", beside(lambda out: (out / "events.json").mkdir()), PLAY, "events.json: Is a directory"),
     Fault("a link to nowhere where the recording goes", beside(lambda out: (out / "recorded.csv").symlink_to("/proc/none/x")), PLAY, "out/recorded.csv is there already"),
-    Fault("a flight from behind the log's end", parameters(), f"{PLAY} --from 1e6", "lies after the log's end"),
+    Fault("a flight from behind the log's end", parameters(), f"{PLAY} --from 1e6", "nothing lies between start = 1e+06 s and end"),
 )  # fmt: skip
 
 STREAMS = (
