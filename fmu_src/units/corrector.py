@@ -112,7 +112,7 @@ class Corrector(SlaveBase):
             self.bandwidth,
             state.alarm,
             state.finding.change + 1.0,
-            float(following.MODES.index(state.mode)),
+            float(following.MODES.index(state.shown_mode)),
             float(self.reports),
         ]
         if self.last is not None:

@@ -17,9 +17,10 @@ and the gain of the next sample follows from the covariance (:mod:`.covariance`)
 
 **Encoders.** An encoder stands at one count wherever an axis turns back or rests. An axis that turns within a count
 would, at the rate with which it came to this count, have moved by up to four counts meanwhile, whatever it is slowed
-by; and the observer's rate is late. So an encoder is at fault if the rig, at the rate that it had when the encoder
-stopped, would have moved by more than ten counts and the noise since. As this shows only after a while, an encoder that
-stands for half a second is ignored until the observer has settled again.
+by; and the observer's rate is late. So an encoder is at fault if it has stood for half a second, in which a rig with
+dry friction may stick, and if the rig, at the rate that it had when the encoder stopped, would have moved by more than
+ten counts and the noise since. As this shows only after a while, an encoder that stands for half a second is ignored.
+If it then jumps, the rig had moved, and it is ignored until the observer has settled again.
 """
 
 from math import cos, sqrt
@@ -48,6 +49,10 @@ Sensitivity = tuple[tuple[float, float, float], ...]
 _FAULT_PATH, _FAULT_PATH_NOISE, _DOUBT_PATH_NOISE = 15e-3, 8.0, 2.0
 """An encoder that stands still is at fault when the rig should have moved by more than the larger of two paths: [rad],
 ten counts of 4096, and in standard deviations of the innovations [1]. It is doubtful from the third path on [1]."""
+
+_JUMP_NOISE = 4.0
+"""Step of an encoder that has stood, in standard deviations of the innovations [1], up to which it had rested: some
+one and a half counts. A larger one is a jump: the rig had moved meanwhile."""
 
 
 class Observer(NamedTuple):
@@ -128,7 +133,8 @@ class Encoder(NamedTuple):
     """One encoder.
 
     Its last ``angle`` [rad]; number of samples for which it has stood ``still``, and the ``rate`` [rad/s] of the
-    observer when it stopped; ``unsettled``: samples until the observer has settled after half a second of standstill.
+    observer when it stopped; ``unsettled``: samples until the observer has settled after a jump from half a second of
+    standstill.
     """
 
     angle: float
@@ -136,15 +142,19 @@ class Encoder(NamedTuple):
     rate: float = 0.0
     unsettled: int = 0
 
-    def read(self, angle: float, rate: float, plan: FollowPlan) -> "Encoder":
-        """Return the encoder after a sample of its ``angle`` [rad], the observer at a ``rate`` [rad/s]."""
+    def read(self, angle: float, rate: float, deviation: float, plan: FollowPlan) -> "Encoder":
+        """Return the encoder after a sample of its ``angle`` [rad].
+
+        The observer has the ``rate`` [rad/s], its innovations the ``deviation`` [rad].
+        """
         unsettled = max(0, self.unsettled - 1)
         if angle == self.angle:
             return Encoder(angle, self.still + 1, self.rate if self.still else rate, unsettled)
-        return Encoder(angle, unsettled=plan.settling if self.still >= plan.stuck else unsettled)
+        jumps = self.still >= plan.stuck and abs(angle - self.angle) > _JUMP_NOISE * deviation
+        return Encoder(angle, unsettled=plan.settling if jumps else unsettled)
 
     def is_ignored(self, plan: FollowPlan) -> bool:
-        """Return whether its angle is ignored: it stands, or stood until recently."""
+        """Return whether its angle is ignored: it stands, or stood until recently while the rig moved."""
         return self.still >= plan.stuck or self.unsettled > 0
 
     def path(self, plan: FollowPlan) -> float:
@@ -153,7 +163,7 @@ class Encoder(NamedTuple):
 
     def is_at_fault(self, deviation: float, plan: FollowPlan) -> bool:
         """Return whether it stands although the rig has moved on; ``deviation`` of the innovations [rad]."""
-        return self.path(plan) > max(_FAULT_PATH, _FAULT_PATH_NOISE * deviation)
+        return self.still >= plan.stuck and self.path(plan) > max(_FAULT_PATH, _FAULT_PATH_NOISE * deviation)
 
     def is_doubtful(self, deviation: float, plan: FollowPlan) -> bool:
         """Return whether it stands and should have moved; ``deviation`` of the innovations [rad]."""

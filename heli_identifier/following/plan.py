@@ -47,8 +47,9 @@ class FollowPlan:
     """Constants of every step, computed once from the settings.
 
     ``changes``: what may change. ``alone``: the twin of the start. ``deviations``: standard deviations of the errors of
-    the twin's coefficients of the regressors, for each axis; ``no_sums``: empty sums of these regressors; ``steady``:
-    the observer of each axis without gaps; ``delay``: the plant's input delay [s]; ``threshold``: Lorden's bound [1].
+    the twin's coefficients of the regressors, for each axis; ``no_sums``: empty sums of these regressors, and the block
+    that they make (``no_block``); ``steady``: the observer of each axis without gaps; ``delay``: the plant's input
+    delay [s]; ``threshold``: Lorden's bound [1].
 
     In samples: the ``coarse`` step of copies, the time between two starts of copies (``launch``), the ``horizon`` to
     which they run, a ``block`` of sums, ``settling``, ``stop``, ``stuck``, and ``gap_memory``, in which a gap is
@@ -60,6 +61,7 @@ class FollowPlan:
         self.settings, self.changes, self.deviations = settings, list_changes(p), prior_deviations(p)
         self.alone = Twin(tuple(getattr(p, field) for field in FIELDS), p)
         self.no_sums = tuple([start_sums(len(row)) for row in self.deviations])
+        self.no_block = tuple([sums.products for sums in self.no_sums])
         self.steady = tuple([find_steady_state(factor * bandwidth, h) for factor in (1.0, 1.0, TRAVEL_BANDWIDTH)])
         self.delay = input_delay(p)
         self.threshold = log(2 * len(self.changes) * settings.false_alarm_time / _BLOCK_TIME)

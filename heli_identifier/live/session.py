@@ -234,7 +234,7 @@ class Session:
         plan, now = self.twin
         return view._replace(
             time=self.time,
-            mode=now.mode,
+            mode=now.shown_mode,
             alarm=now.alarm,
             suspect=plan.changes[now.finding.change].name if now.finding.change >= 0 else "",
             past=tuple(self.past),
