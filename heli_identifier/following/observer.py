@@ -19,8 +19,8 @@ and the gain of the next sample follows from the covariance (:mod:`.covariance`)
 would, at the rate with which it came to this count, have moved by up to four counts meanwhile, whatever it is slowed
 by; and the observer's rate is late. So an encoder is at fault if it has stood for half a second, in which a rig with
 dry friction may stick, and if the rig, at the rate that it had when the encoder stopped, would have moved by more than
-ten counts and the noise since. As this shows only after a while, an encoder that stands for half a second is ignored.
-If it then jumps, the rig had moved, and it is ignored until the observer has settled again.
+ten counts and the noise since. As this shows only after a while, an encoder that stands for half a second is ignored
+until the observer has settled again.
 """
 
 from math import cos, sqrt
@@ -49,10 +49,6 @@ Sensitivity = tuple[tuple[float, float, float], ...]
 _FAULT_PATH, _FAULT_PATH_NOISE, _DOUBT_PATH_NOISE = 15e-3, 8.0, 2.0
 """An encoder that stands still is at fault when the rig should have moved by more than the larger of two paths: [rad],
 ten counts of 4096, and in standard deviations of the innovations [1]. It is doubtful from the third path on [1]."""
-
-_JUMP_NOISE = 4.0
-"""Step of an encoder that has stood, in standard deviations of the innovations [1], up to which it had rested: some
-one and a half counts. A larger one is a jump: the rig had moved meanwhile."""
 
 
 class Observer(NamedTuple):
@@ -133,8 +129,7 @@ class Encoder(NamedTuple):
     """One encoder.
 
     Its last ``angle`` [rad]; number of samples for which it has stood ``still``, and the ``rate`` [rad/s] of the
-    observer when it stopped; ``unsettled``: samples until the observer has settled after a jump from half a second of
-    standstill.
+    observer when it stopped; ``unsettled``: samples until the observer has settled after half a second of standstill.
     """
 
     angle: float
@@ -142,19 +137,15 @@ class Encoder(NamedTuple):
     rate: float = 0.0
     unsettled: int = 0
 
-    def read(self, angle: float, rate: float, deviation: float, plan: FollowPlan) -> "Encoder":
-        """Return the encoder after a sample of its ``angle`` [rad].
-
-        The observer has the ``rate`` [rad/s], its innovations the ``deviation`` [rad].
-        """
+    def read(self, angle: float, rate: float, plan: FollowPlan) -> "Encoder":
+        """Return the encoder after a sample of its ``angle`` [rad], the observer at a ``rate`` [rad/s]."""
         unsettled = max(0, self.unsettled - 1)
         if angle == self.angle:
             return Encoder(angle, self.still + 1, self.rate if self.still else rate, unsettled)
-        jumps = self.still >= plan.stuck and abs(angle - self.angle) > _JUMP_NOISE * deviation
-        return Encoder(angle, unsettled=plan.settling if jumps else unsettled)
+        return Encoder(angle, unsettled=plan.settling if self.still >= plan.stuck else unsettled)
 
     def is_ignored(self, plan: FollowPlan) -> bool:
-        """Return whether its angle is ignored: it stands, or stood until recently while the rig moved."""
+        """Return whether its angle is ignored: it stands, or stood until recently."""
         return self.still >= plan.stuck or self.unsettled > 0
 
     def path(self, plan: FollowPlan) -> float:
