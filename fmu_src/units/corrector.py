@@ -42,8 +42,8 @@ _OUTPUTS = (
 _DEFAULT = following.FollowSettings()
 _setting = partial(setting, _DEFAULT)
 _SETTINGS = (
-    # the observer's poles of 7 rad/s need three samples in their time constant
-    _setting("sample.time", "sample_time", "time between two samples", "s", 1e-4, 0.1),
+    # errors of an encoder are alike within some 5 ms; the observer's poles of 7 rad/s need three samples in .14 s
+    _setting("sample.time", "sample_time", "time between two samples", "s", 5e-3, 0.1),
     _setting("window", "window", "time over which errors 1 s ahead are compared", "s", 4.0, 60.0),
     _setting("false_alarm.time", "false_alarm_time", "mean time between false alarms", "s", 60.0, 1e9),
     _setting("keeping.bandwidth", "observer_bandwidth", "poles of the observers", "rad/s", 2.0, 30.0),

@@ -40,7 +40,7 @@ class RigLink(SlaveBase):
         parameter("link.address", "127.0.0.1", "numeric address of this machine on which datagrams come in"),
         parameter("link.port", 25000, "port on which they come in; 0: a free one, see port", None, 0, 65535),
         parameter("link.sender", "", "the rig, HOST:PORT or HOST (any port); empty: the first good sender"),
-        parameter("link.layout", USUAL_LAYOUT, "names of a datagram's doubles in their order, or json"),
+        parameter("link.layout", USUAL_LAYOUT, "names of a datagram's doubles in their order"),
         parameter("link.sample_time", 0.01, "sampling interval of the rig", "s", 1e-5, 1.0),
         parameter("link.delay", 0.05, "the rig is shown this much later: overtaken samples wait", "s", 0.0, 10.0),
         parameter("link.maximum_age", 0.2, "age above which the watchdog speaks up", "s", 1e-3, 1e3),
@@ -56,7 +56,7 @@ class RigLink(SlaveBase):
     def initialise(self, time: float) -> None:
         """Read the settings and open the socket."""
         settings = tuple(self.value(f"link.{name}") for name in ("address", "port", "sender", "layout"))
-        if self.port is None or self.port.lost or settings != self.port_settings:
+        if self.port is None or settings != self.port_settings:
             self._close()
             address, number, sender, layout = settings
             try:
@@ -100,8 +100,6 @@ class RigLink(SlaveBase):
         if port is None:
             raise Refusal("there is no link to the rig; correct link.* before initialisation ends")
         arrived = list(port.receive(self.value("link.look_ahead")))
-        if port.lost:
-            raise Refusal(f"link: {port.lost}")
         if port.elections > self.elections:
             if self.elections:  # a new sender has another clock
                 self.clock.order.restart()

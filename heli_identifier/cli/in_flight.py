@@ -7,15 +7,12 @@ from pathlib import Path
 import typer
 
 from heli_identifier.cli import arguments as args
-from heli_identifier.cli.arguments import argument, flag, option
+from heli_identifier.cli.arguments import argument, option
 from heli_identifier.cli.guard import INTERRUPTED
 from heli_identifier.cli.terminal import note, progress_bar, warn
 from heli_identifier.errors import refuse
 from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
 from heli_identifier.processes import undo_at_end
-
-SERVED_AT = "127.0.0.1:8042"
-"""Where the page is shown by default."""
 
 AT_START = "parameters.json of the twin at the start."
 UNUSED = "Folder of the flight; without an earlier one in it."
@@ -27,8 +24,7 @@ def follow(
     parameters: Path = option(args.PLANT_FILE, AT_START, "FILE", "--parameters", "-p"),
     output: Path = option(Path("flight"), UNUSED, "DIR", "--output", "-o"),
     speed: float | None = option(None, "Play the log N times faster; 0: as fast as it goes.", "N"),
-    serve: bool = flag("Show the twin in a browser on this computer as well.", "--serve"),
-    serve_at: str = option(SERVED_AT, "Where --serve shows it.", "HOST:PORT"),
+    serve: str | None = option(None, "Show the twin in a browser as well, at this address.", "HOST:PORT"),
     sender: str = option("", "The rig; by default, the first that sends a sample.", "HOST[:PORT]"),
     layout: str | None = args.LAYOUT,
     rate: float | None = option(None, "The rig's sampling rate; by default, found from its time stamps.", "HZ"),
@@ -59,7 +55,6 @@ def follow(
     refuse(listen is None and rig_options, "--sender, --layout and --rate belong to --listen.")
     log_options = any(value is not None for value in (speed, start, end))
     refuse(log is None and log_options, "--speed, --from and --to belong to a log; a rig sends at its own pace.")
-    refuse(serve_at != SERVED_AT and not serve, "--serve-at says where --serve shows the twin; add --serve.")
     for file in (parameters, controller):
         inside = file is not None and os.path.realpath(file.parent) == os.path.realpath(output)
         refuse(inside, f"{file} lies in the folder of the flight, whose files would replace it; name another folder.")
@@ -78,13 +73,13 @@ def follow(
             note("listening on {}:{}".format(*port.address))
         adviser = Adviser(output, controller, configuration.controller)
         title = f"heli follow: {log if log is not None else f'a rig that sends to {listen}'}, twin of {parameters}"
-        show = open_shows(stack, title, serve_at if serve else None)
+        show = open_shows(stack, title, serve)
         session = Session(output, twin, adviser.ask)
         stack.enter_context(undo_at_end(session.close))
         stack.callback(adviser.thread.shutdown, wait=False, cancel_futures=True)
         stopped = stack.enter_context(catch_interrupt())
         session.run(source, stopped, lambda view: show(view._replace(notice=adviser.look())))
-        interrupted, lost, advice = stopped(), source.status.lost, adviser.look(wait=True)
+        interrupted, advice = stopped(), adviser.look(wait=True)
     typer.echo(f"{session.last_time:.1f} s of flight, {session.recorded.rows} samples")
     for event in session.events:
         typer.echo(event_line(event))
@@ -93,7 +88,6 @@ def follow(
     if interrupted:
         note("stopped by Ctrl-C; the recording is being diagnosed (Ctrl-C again leaves that out)")
     conclude_flight(session, output, configuration)
-    refuse(lost != "", f"the flight ended because {lost}; correct that, and name another folder for the next flight.")
     if interrupted:
         raise typer.Exit(INTERRUPTED)
 
