@@ -369,3 +369,4 @@ def test_an_encoder_that_moves_again_does_not_count_until_the_observer_has_settl
     assert doubtful == [False] + [True] * (PLAN.stuck - 1)
     assert at_fault == [False] * (PLAN.stuck - 1) + [True]  # for a shorter time a rig with dry friction may stick
     assert not encoder.read(-0.0015, 0.1, PLAN).is_doubtful(6e-4, PLAN)  # it moves
+    assert [encoder.read(angle, 0.1, PLAN).is_at_fault(6e-4, PLAN) for angle in (0.014, 0.016)] == [False, True]
