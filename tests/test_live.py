@@ -3,6 +3,7 @@
 import csv
 import http.client
 import json
+import math
 import random
 import re
 import socket
@@ -17,7 +18,7 @@ import pytest
 from rich.console import Console
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.live import USUAL_LAYOUT, Datagram, Port, read_layout
+from heli_identifier.live import Datagram, Port
 from heli_identifier.live.align import Grid
 from heli_identifier.live.datagrams import encode
 from heli_identifier.live.listening import Listening
@@ -33,22 +34,21 @@ from tests.simulated import COUNT, drive, process_noise, start_at_rest
 from tests.test_files import files_of_at_most
 
 H = 0.01
-LAYOUT = read_layout(USUAL_LAYOUT)
 LONGEST = 180.0
 """Time after which something is taken for hung [s]; a loaded machine is no defect."""
 
 
-def make_datagram(number, time=None, layout=LAYOUT):
+def make_datagram(number, time=None, is_counted=True):
     time = number * H if time is None else time
-    return encode(Datagram(number, time, (1.0, 2.0, 0.001 * number, 0.1, 0.2)), layout)
+    return encode(Datagram(number if is_counted else -1, time, (1.0, 2.0, 0.001 * number, 0.1, 0.2)))
 
 
-def listen_to(contents, until, pauses=(), format=CONTRACT, layout=LAYOUT, rate=None, others=()):
+def listen_to(contents, until, pauses=(), format=CONTRACT, rate=None, others=()):
     """Return instants and recorded rows of a listener that gets ``contents``, with pauses (at, seconds), and itself.
     The instants are those of the rig's clock, in the datagrams, so that a busy machine changes none of them. ``others``
     are sent by another sender before the rig's first."""
     rows, seen = [], []
-    port = Port("127.0.0.1", 0, "", layout)
+    port = Port("127.0.0.1", 0, "")
 
     def sender():
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
@@ -124,48 +124,39 @@ def test_what_comes_in_while_the_caller_waits_for_its_disk_is_no_silence():
     assert all(one.fresh for one in seen) and [row[0] for row in rows] == pytest.approx([k * H for k in range(120)])
 
 
-@pytest.mark.parametrize("form, layout, wanted", [
-    (
-        LogFormat(signs={"pitch": -1}, swap_rotors=True, clip=True, voltage_limit=1.5),
-        LAYOUT,
-        (1.5, 1.0, -0.05, 0.1, 0.2),
-    ),
-    (LogFormat(signs={"v_difference": -1}), LAYOUT, (2.0, 1.0, 0.05, 0.1, 0.2)),
-    (
-        LogFormat(units={"pitch": "deg", "v_front": "mV", "travel": "deg"}),
-        read_layout("sequence time v_front v_rear pitch elevation travel[rad]"),
-        (0.001, 2.0, np.radians(0.05), 0.1, 0.2),  # the layout states the travel's unit itself
-    ),
+@pytest.mark.parametrize("form, wanted", [
+    (LogFormat(signs={"pitch": -1}, swap_rotors=True, clip=True, voltage_limit=1.5), (1.5, 1.0, -0.05, 0.1, 0.2)),
+    (LogFormat(signs={"v_difference": -1}), (2.0, 1.0, 0.05, 0.1, 0.2)),
+    (LogFormat(units={"pitch": "deg", "v_front": "mV"}), (0.001, 2.0, np.radians(0.05), 0.1, 0.2)),
 ])  # fmt: skip
-def test_signs_units_and_rotors_are_put_right_as_in_logs_and_a_rig_too_slow_is_refused(form, layout, wanted):
-    contents = [make_datagram(k, layout=layout) for k in range(60)]
-    _, rows, _ = listen_to(contents, lambda seen, rows: len(seen) >= 60, format=form, layout=layout)
+def test_signs_units_and_rotors_are_put_right_as_in_logs_and_a_rig_too_slow_is_refused(form, wanted):
+    contents = [make_datagram(k) for k in range(60)]
+    _, rows, _ = listen_to(contents, lambda seen, rows: len(seen) >= 60, format=form)
     assert rows[50][1:] == pytest.approx(wanted)
     with pytest.raises(ConfigurationError, match="the rig sends at 10 Hz, 50 to 2000 Hz are followed"):
         listen_to([make_datagram(k, 0.1 * k) for k in range(60)], lambda *_: False)
 
 
-UNNUMBERED = "v_front v_rear pitch elevation travel"
-
-
-@pytest.mark.parametrize("layout, clock, rate, note", [
-    (USUAL_LAYOUT.replace("time", "time[ms]"), lambda k: 1.7e9 + k * H, None, ""),
-    (USUAL_LAYOUT, lambda k: 5.0, 100.0, "does not tell samples apart"),
-    (USUAL_LAYOUT, lambda k: k * H // 0.0156 * 0.0156, 100.0, "does not tell samples apart"),
-    (UNNUMBERED, lambda k: 0.0, 100.0, ""),
-    (f"time {UNNUMBERED}", lambda k: 5.0, 100.0, "does not tell samples apart"),
-], ids=["milliseconds since 1970", "stuck", "coarse", "no time", "stuck, no number"])  # fmt: skip
-def test_a_rigs_clock_that_is_of_no_use_loses_no_sample_and_is_said(layout, clock, rate, note, monkeypatch):
+@pytest.mark.parametrize("clock, is_counted", [
+    (lambda k: 1.7e12 + 1e3 * H * k, True),
+    (lambda k: 5.0, True),
+    (lambda k: k * H // 0.0156 * 0.0156, True),
+    (lambda k: math.nan, True),
+    (lambda k: math.nan, False),
+    (lambda k: 5.0, False),
+], ids=["milliseconds since 1970", "stuck", "coarse", "no time", "neither", "stuck, no number"])  # fmt: skip
+def test_a_rigs_clock_that_is_of_no_use_loses_no_sample_and_is_said(clock, is_counted, monkeypatch):
     monkeypatch.setattr("heli_identifier.live.listening.SILENCE", LONGEST)  # a loaded machine sends with pauses
-    form = read_layout(layout)
-    contents = [make_datagram(k, clock(k), form) for k in range(120)]
-    _, rows, listening = listen_to(contents, lambda seen, rows: len(rows) == 120, layout=form, rate=rate)
+    contents = [make_datagram(k, clock(k), is_counted) for k in range(120)]
+    is_useful = clock(1) > 1e12
+    more = {"format": LogFormat(units={"time": "ms"})} if is_useful else {"rate": 100.0}
+    _, rows, listening = listen_to(contents, lambda seen, rows: len(rows) == 120, **more)
     assert [row[3] for row in rows] == pytest.approx([0.001 * k for k in range(120)])
     assert [row[0] for row in rows] == pytest.approx([k * H for k in range(120)], abs=1e-3)
-    assert listening.rate == 100.0 and note in listening.status.line
-    if note:
-        with pytest.raises(ConfigurationError, match="give the sampling rate with --rate"):
-            listen_to(contents, lambda *_: False, layout=form)
+    assert listening.rate == 100.0 and is_useful != ("no clock that tells its samples apart" in listening.status.line)
+    if not is_useful:
+        with pytest.raises(ConfigurationError, match="give its sampling rate with --rate"):
+            listen_to(contents, lambda *_: False)
 
 
 def test_numbers_count_the_instants_of_a_rig_whose_rate_is_not_quite_the_assumed_one():
@@ -175,7 +166,7 @@ def test_numbers_count_the_instants_of_a_rig_whose_rate_is_not_quite_the_assumed
 
 def test_a_stray_datagram_before_the_rigs_first_does_not_lock_the_rig_out(monkeypatch):
     monkeypatch.setattr("heli_identifier.live.datagrams.SENDER_TIMEOUT", 0.2)
-    others = [encode(Datagram(7, 99.0, (0.0,) * 5), LAYOUT)]
+    others = [encode(Datagram(7, 99.0, (0.0,) * 5))]
     contents = [make_datagram(k) for k in range(220)]
     # what the rig sends before the stray one has been silent for long is lost
     _, rows, listening = listen_to(contents, lambda seen, rows: len(rows) >= 60, pauses=[(60, 1.0)], others=others)
@@ -191,11 +182,9 @@ def test_a_log_is_sent_at_its_own_instants():
         rig.bind(("127.0.0.1", 0))
         rig.settimeout(LONGEST)
         began = monotonic()
-        send(log, f"127.0.0.1:{rig.getsockname()[1]}", 0.5, LAYOUT)
+        send(log, f"127.0.0.1:{rig.getsockname()[1]}", 0.5)
         assert monotonic() - began >= 0.38
-        assert [rig.recv(100)[:8] for _ in range(20)] == [
-            encode(Datagram(k, 0.0, (0.0,) * 5), LAYOUT)[:8] for k in range(20)
-        ]
+        assert [rig.recv(100)[:8] for _ in range(20)] == [encode(Datagram(k, 0.0, (0.0,) * 5))[:8] for k in range(20)]
 
 
 def test_a_disk_that_fills_up_in_flight_leaves_whole_rows(tmp_path):

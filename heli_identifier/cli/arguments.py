@@ -58,8 +58,6 @@ PARAMETERS = option(None, "parameters.json of a diagnosis, for the unit it names
 PLANT_FILE = Path("parameters.json")
 PERIOD = option(None, "Sampling period; heli.toml's or 0.01.", "SECONDS")
 PLANT = argument(PLANT_FILE, "parameters.json of a diagnosis or identification.", "FILE")
-USUAL = "A datagram's doubles by name in their order; by default"
-LAYOUT = option(None, f"{USUAL} 'sequence time v_front v_rear pitch elevation travel'.", "NAMES")
 CONTROLLER = option(None, "controller.json: parameters of the controller that flies the rig.", "FILE")
 NATIVE = flag("Units in C, which need no Python on their host (compilers: extra `native`, or gcc).", "--native")
 

@@ -11,7 +11,7 @@ from heli_identifier.cli.arguments import argument, option
 from heli_identifier.cli.guard import INTERRUPTED
 from heli_identifier.cli.terminal import note, progress_bar, warn
 from heli_identifier.errors import refuse
-from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
+from heli_identifier.live import Port, read_address
 from heli_identifier.processes import undo_at_end
 
 AT_START = "parameters.json of the twin at the start."
@@ -26,7 +26,6 @@ def follow(
     speed: float | None = option(None, "Play the log N times faster; 0: as fast as it goes.", "N"),
     serve: str | None = option(None, "Show the twin in a browser as well, at this address.", "HOST:PORT"),
     sender: str = option("", "The rig; by default, the first that sends a sample.", "HOST[:PORT]"),
-    layout: str | None = args.LAYOUT,
     rate: float | None = option(None, "The rig's sampling rate; by default, found from its time stamps.", "HZ"),
     controller: Path | None = args.CONTROLLER,
     start: float | None = args.FROM,
@@ -51,8 +50,8 @@ def follow(
 
     one_source = (log is None) != (listen is None)
     refuse(not one_source, "name a log to play, or --listen HOST:PORT for a rig that sends; one of the two.")
-    rig_options = bool(sender or layout or rate is not None)
-    refuse(listen is None and rig_options, "--sender, --layout and --rate belong to --listen.")
+    rig_options = bool(sender or rate is not None)
+    refuse(listen is None and rig_options, "--sender and --rate belong to --listen.")
     log_options = any(value is not None for value in (speed, start, end))
     refuse(log is None and log_options, "--speed, --from and --to belong to a log; a rig sends at its own pace.")
     for file in (parameters, controller):
@@ -67,7 +66,7 @@ def follow(
             source = Player(recorded, 1.0 if speed is None else speed)
         else:
             configuration = args.find_configuration(config)
-            port = Port(*read_address(str(listen), "--listen", 0), sender, read_layout(layout or USUAL_LAYOUT))
+            port = Port(*read_address(str(listen), "--listen", 0), sender)
             stack.callback(port.close)
             source = Listening(port, rate, configuration.format)
             note("listening on {}:{}".format(*port.address))
@@ -96,7 +95,6 @@ def stream(
     log: Path = argument(..., "Measured log to send.", "LOG"),
     address: str = option(..., "Where to send it, by UDP, as 127.0.0.1:25000.", "HOST:PORT"),
     speed: float = option(1.0, "How many times faster than the rig was.", "N"),
-    layout: str | None = args.LAYOUT,
     config: Path | None = args.CONFIG,
 ) -> None:
     """Send a log as a running rig would: one datagram per sample, at the log's own instants.
@@ -105,10 +103,9 @@ def stream(
     """
     from heli_identifier.live.sources import send
 
-    datagram_layout = read_layout(layout or USUAL_LAYOUT)
     ((recorded,), _) = args.read_logs_of_rig([log], config)
     with progress_bar() as progress:
-        late = send(recorded, address, speed, datagram_layout, progress)
+        late = send(recorded, address, speed, progress)
     typer.echo(f"{recorded.samples} samples, {recorded.duration:.4g} s of flight, sent to {address}")
     if late > 0.05:
         warn(f"the last datagrams were sent {late:.2g} s too late: this computer is too slow for --speed {speed:g}")

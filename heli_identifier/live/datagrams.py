@@ -1,12 +1,11 @@
 """Datagrams of a rig: rows of doubles, as the UDP blocks of Simulink and QUARC send them.
 
-A datagram holds one sample: a row of doubles, little-endian and without padding, in the order that the layout names:
+A datagram holds one sample: seven doubles, little-endian and without padding,
 
     sequence time v_front v_rear pitch elevation travel
 
-The five signals are needed. ``sequence`` counts the samples, ``time`` is the rig's clock [s]; either or both may be
-missing. ``pitch[deg]`` is an angle in degrees, ``time[ms]`` a clock in milliseconds, and ``-`` a double that is not
-read. A datagram of a wrong length, or with a number that is not finite or that no rig reaches, is refused.
+``sequence`` counts the samples, ``time`` is the rig's clock [s]; NaN stands for one that the rig does not have. A
+datagram of a wrong length, or with a number that is not finite or that no rig reaches, is refused.
 
 A :class:`Port` hears one sender: the one that is named, or else the first that sends a good datagram, until it has been
 silent for :data:`SENDER_TIMEOUT`. If only the address of the sender is named, any of its ports is heard, so that a rig
@@ -27,9 +26,10 @@ from typing import NamedTuple
 from heli_identifier.errors import ConfigurationError
 
 SIGNALS = ("v_front", "v_rear", "pitch", "elevation", "travel")
-USUAL_LAYOUT = "sequence time v_front v_rear pitch elevation travel"
+CONTENT = ("sequence", "time", *SIGNALS)
+ROW = struct.Struct(f"<{len(CONTENT)}d")
+"""Names of a datagram's doubles in their order, and its form."""
 
-LARGEST_DATAGRAM = 65_507  # bytes of the longest datagram of UDP under IPv4
 BUFFER = 1 << 20  # bytes that the system stores for a late receiver: about 10 s of a rig at 1 kHz
 SENDER_TIMEOUT = 2.0  # silence of a sender that was not named after which another one may be the rig [s]
 
@@ -44,25 +44,6 @@ BOUNDS = {
 }
 """Smallest and largest value of each entry of a datagram."""
 
-_UNITS = {
-    **dict.fromkeys(SIGNALS[2:], {"rad]": 1.0, "deg]": pi / 180.0}),
-    "time": {"s]": 1.0, "ms]": 1e-3, "us]": 1e-6, "ns]": 1e-9},
-}
-_IGNORED = "-"
-_KNOWN = (*SIGNALS, "sequence", "time", _IGNORED)
-
-
-class Layout(NamedTuple):
-    """Contents of a datagram: names of its doubles in their order, and factors to SI by name, None if not stated."""
-
-    names: tuple[str, ...]
-    factors: Mapping[str, float | None]
-
-    @property
-    def size(self) -> int:
-        """Length of a datagram [bytes]."""
-        return 8 * len(self.names)
-
 
 class Datagram(NamedTuple):
     """One sample: voltages [V] and angles [rad] by :data:`SIGNALS`.
@@ -75,54 +56,24 @@ class Datagram(NamedTuple):
     signals: tuple[float, ...]
 
 
-def read_layout(text: str) -> Layout:
-    """Return the layout that a text names; a ConfigurationError says what is wrong with it."""
-    names: list[str] = []
-    factors: dict[str, float | None] = {}
-    for word in text.replace(",", " ").split():
-        name, _, unit = word.partition("[")
-        units = _UNITS.get(name, {})
-        if word not in _KNOWN and unit not in units:
-            raise ConfigurationError(
-                f"layout {text!r}: {word!r} is unknown; names are {', '.join(SIGNALS)}, sequence, time and {_IGNORED} "
-                "for a double that is not read, angles also as pitch[deg], and time[ms], time[us] or time[ns]"
-            )
-        if name in names and name != _IGNORED:
-            raise ConfigurationError(f"layout {text!r}: {name!r} stands there twice")
-        names.append(name)
-        factors[name] = units.get(unit)
-    missing = [name for name in SIGNALS if name not in names]
-    if missing:
-        raise ConfigurationError(f"layout {text!r} lacks {', '.join(missing)}")
-    layout = Layout(tuple(names), factors)
-    if layout.size > LARGEST_DATAGRAM:
-        raise ConfigurationError(
-            f"the layout has {len(names)} doubles, a datagram holds {LARGEST_DATAGRAM // 8} at most"
-        )
-    return layout
-
-
-def decode(datagram: bytes, layout: Layout) -> Datagram | str:
-    """Return the sample in a datagram, or the reason why there is none."""
-    if len(datagram) != layout.size:
-        return f"it has {len(datagram)} bytes, {layout.size} are needed for {' '.join(layout.names)}"
-    content = dict(zip(layout.names, struct.unpack(f"<{len(layout.names)}d", datagram), strict=True))
+def decode(datagram: bytes, factors: Mapping[str, float]) -> Datagram | str:
+    """Return the sample in a datagram, or the reason why there is none; ``factors`` to SI by name, 1 by default."""
+    if len(datagram) != ROW.size:
+        return f"it has {len(datagram)} bytes, {ROW.size} are needed for {' '.join(CONTENT)}"
+    content = {name: factors.get(name, 1.0) * x for name, x in zip(CONTENT, ROW.unpack(datagram), strict=True)}
     for name, (low, high) in BOUNDS.items():
-        if name in content:
-            value = content[name] = content[name] * (layout.factors[name] or 1.0)
-            is_count = name == "sequence"
-            if not low <= value <= high or (is_count and value != int(value)):
-                return f"{name} = {value!r} must be a {'whole ' * is_count}number in [{low:.5g}, {high:.5g}]"
-    signals = tuple([content[name] for name in SIGNALS])
-    return Datagram(int(content.get("sequence", -1)), content.get("time", nan), signals)
+        value, is_stamp, is_count = content[name], name not in SIGNALS, name == "sequence"
+        if is_stamp and isnan(value):
+            continue
+        if not low <= value <= high or (is_count and value != int(value)):
+            return f"{name} = {value!r} must be a {'whole ' * is_count}number in [{low:.5g}, {high:.5g}]"
+    number, time, *signals = content.values()
+    return Datagram(-1 if isnan(number) else int(number), time, tuple(signals))
 
 
-def encode(sample: Datagram, layout: Layout) -> bytes:
-    """Return the datagram of a sample; a missing number or time is sent as 0."""
-    content = dict(zip(SIGNALS, sample.signals, strict=True))
-    content |= {"sequence": max(sample.number, 0), "time": 0.0 if isnan(sample.time) else sample.time}
-    numbers = [content.get(name, 0.0) / (layout.factors[name] or 1.0) for name in layout.names]
-    return struct.pack(f"<{len(numbers)}d", *numbers)
+def encode(sample: Datagram) -> bytes:
+    """Return the datagram of a sample."""
+    return ROW.pack(nan if sample.number < 0 else sample.number, sample.time, *sample.signals)
 
 
 def read_address(text: str, what: str, lowest_port: int = -1) -> tuple[str, int]:
@@ -155,14 +106,15 @@ class Port:
     """A UDP socket that hears one sender.
 
     ``address`` and ``number`` of the port are of this machine, not 0.0.0.0; port 0 stands for a free one. ``sender``:
-    ``HOST:PORT`` or ``HOST`` (port -1, any); if empty, the first good sender is the rig. Counted are datagrams without
+    ``HOST:PORT`` or ``HOST`` (port -1, any); if empty, the first good sender is the rig. ``factors`` to SI of what the
+    rig sends, by name. Counted are datagrams without
     a sample (``refused``), those of others (``foreign``), and senders that were taken for the rig (``elections``).
     Texts, empty for none: ``reason`` why the last datagram was refused; ``note`` about the sender.
     """
 
-    def __init__(self, address: str, number: int, sender: str, layout: Layout) -> None:
+    def __init__(self, address: str, number: int, sender: str) -> None:
         host, _ = read_address(address, "the address to listen on")
-        self.layout = layout
+        self.factors: Mapping[str, float] = {}
         self.sender: tuple[str, int] | None = read_address(sender, "the sender") if sender else None
         self.refused = self.foreign = self.elections = 0
         self.reason = self.note = ""
@@ -191,14 +143,14 @@ class Port:
         for _ in range(most):
             try:
                 # One byte more than a good datagram has shows that this one is too long.
-                content, source = self._socket.recvfrom(self.layout.size + 1)
+                content, source = self._socket.recvfrom(ROW.size + 1)
             except OSError:  # nothing has come in, or the network reports a fault
                 break
             host, port = source[0], source[1]
             if self.sender is not None and (host != self.sender[0] or self.sender[1] not in (-1, port)):
                 self.foreign += 1
                 continue
-            sample = decode(content, self.layout)
+            sample = decode(content, self.factors)
             if isinstance(sample, str):
                 self.refused += 1
                 self.reason = f"a datagram of {host}:{port} holds no sample: {sample}"

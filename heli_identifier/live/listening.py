@@ -61,14 +61,11 @@ class Listening:
     def __init__(self, port: Port, rate: float | None, format: LogFormat) -> None:
         if rate is not None:
             _check_rate(rate)
-        no_rate = rate is None and "time" not in port.layout.names
-        refuse(no_rate, "this layout holds no time: give the rig's sampling rate with --rate.")
         self.port, self.rate, self.format = port, rate, format
         units = {name: parse_unit(name, unit) for name, unit in format.units.items()}
-        rig = {name: factor_to_si(name, unit, format.counts_per_turn(name)) for name, unit in units.items() if unit}
-        # a unit in the layout outranks that of the rig
-        factors = {name: rig.get(name, 1.0) if k is None else k for name, k in port.layout.factors.items()}
-        port.layout = port.layout._replace(factors=factors)
+        port.factors = {
+            name: factor_to_si(name, unit, format.counts_per_turn(name)) for name, unit in units.items() if unit
+        }
         self.uses_clock: bool | None = None  # the rig's, None until enough samples have come in
         self.unread: list[Datagram] = []  # samples that are not in order yet
         self.counted = 0  # samples that came in, for a rig that sends neither clock nor numbers
@@ -156,11 +153,9 @@ class Listening:
         stamps = {(one.number, one.time) for one in self.unread if not isnan(one.time)}
         times = sorted({time for _, time in stamps})
         self.uses_clock = len(times) == len(stamps) > 1
-        if times and not self.uses_clock:
-            refuse(
-                self.rate is None, "the rig's clock does not tell samples apart: give the sampling rate with --rate."
-            )
-            self.notes = ["the rig's clock does not tell samples apart; they are counted"]
+        unclear = "the rig sends no clock that tells its samples apart"
+        refuse(self.rate is None and not self.uses_clock, f"{unclear}; give its sampling rate with --rate.")
+        self.notes = [] if self.uses_clock else [f"{unclear}; they are counted"]
         if self.rate is None:
             self.rate = find_rate(times)
             _check_rate(self.rate)
@@ -224,5 +219,5 @@ def find_rate(times: list[float]) -> float:
 def _check_rate(rate: float) -> None:
     """Refuse a rate out of range: a ConfigurationError."""
     followed = f"the rig sends at {rate:.4g} Hz, {RATES[0]:g} to {RATES[1]:g} Hz are followed"
-    hint = "change its sampling rate, or name the unit of its clock in the layout, as time[ms]."
+    hint = "change its sampling rate, or state the unit of its clock under [log.units] of heli.toml."
     refuse(not RATES[0] * 0.999 <= rate <= RATES[1] * 1.001, f"{followed}; {hint}")

@@ -6,7 +6,7 @@ from time import monotonic, sleep
 
 from heli_identifier.errors import ConfigurationError, require_range
 from heli_identifier.following import Sample
-from heli_identifier.live.datagrams import Datagram, Layout, encode, read_address
+from heli_identifier.live.datagrams import Datagram, encode, read_address
 from heli_identifier.live.listening import WAIT, Keep, Status
 from heli_identifier.records import Log
 
@@ -47,7 +47,6 @@ def send(
     log: Log,
     address: str,
     speed: float,
-    layout: Layout,
     progress: Callable[[str, float], None] = lambda what, share: None,
 ) -> float:
     """Send a log to the ``address`` HOST:PORT as a rig would; return the delay of the last datagram [s].
@@ -65,7 +64,7 @@ def send(
                 sleep(ahead)
             late = max(-ahead, 0.0)
             try:
-                rig.sendto(encode(Datagram(number, time, signals), layout), (host, port))
+                rig.sendto(encode(Datagram(number, time, signals)), (host, port))
             except OSError as error:
                 raise ConfigurationError(
                     f"--address {address}: nothing can be sent there ({error.strerror}); check it and the network."
