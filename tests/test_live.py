@@ -205,7 +205,7 @@ def followed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("session")
     session = Session(folder, parameter_set(0.003, ["k_x"]))
     log, views = read_log(demo_files("rig-c")[1][0], end=12.0), []
-    session.run(Player(log, 0.0), lambda: False, views.append)
+    session.run(Player(log), lambda: False, views.append)
     session.close()
     return folder, session, views, log
 
@@ -217,7 +217,7 @@ def test_a_rig_at_1_khz_whose_plant_is_the_twins_raises_no_alarm(tmp_path):
     angles = run_alone(voltages, 0.001, start, TABLE_2, air)
     counts = np.round(angles / COUNT + 0.25 * np.random.default_rng(0).standard_normal(angles.shape))
     session = Session(tmp_path / "flight", parameter_set())
-    session.run(Player(Log("fast", 1000.0, voltages, COUNT * counts), 0.0), lambda: False, lambda view: None)
+    session.run(Player(Log("fast", 1000.0, voltages, COUNT * counts)), lambda: False, lambda view: None)
     session.close()
     assert session.recorded.rows == len(voltages) and session.events == []
 

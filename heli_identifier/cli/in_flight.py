@@ -23,7 +23,6 @@ def follow(
     listen: str | None = option(None, "Address of this computer to which the rig sends.", "HOST:PORT"),
     parameters: Path = option(args.PLANT_FILE, AT_START, "FILE", "--parameters", "-p"),
     output: Path = option(Path("flight"), UNUSED, "DIR", "--output", "-o"),
-    speed: float | None = option(None, "Play the log N times faster; 0: as fast as it goes.", "N"),
     serve: str | None = option(None, "Show the twin in a browser as well, at this address.", "HOST:PORT"),
     sender: str = option("", "The rig; by default, the first that sends a sample.", "HOST[:PORT]"),
     rate: float | None = option(None, "The rig's sampling rate; by default, found from its time stamps.", "HZ"),
@@ -34,7 +33,7 @@ def follow(
 ) -> None:
     """Follow a rig while it flies: notice that the twin no longer fits, say why, correct it, and say so.
 
-    The rig sends by UDP (--listen), or a log is played. Ctrl-C ends the flight.
+    The rig sends by UDP (--listen), or a log is played as fast as it goes. Ctrl-C ends the flight.
 
     Writes events.json, recorded.csv, predictions.csv and following.json (the twin's parameters) while it flies; then
     parameters.json and HelicopterPlant.fmu of the twin as it flew last, and what `heli diagnose` writes of the
@@ -45,25 +44,24 @@ def follow(
     from heli_identifier.cli.flight import Adviser, catch_interrupt, conclude_flight, open_shows
     from heli_identifier.live.listening import Listening
     from heli_identifier.live.screen import event_line
-    from heli_identifier.live.session import Session, check_unused
+    from heli_identifier.live.session import Session
     from heli_identifier.live.sources import Player
 
     one_source = (log is None) != (listen is None)
     refuse(not one_source, "name a log to play, or --listen HOST:PORT for a rig that sends; one of the two.")
     rig_options = bool(sender or rate is not None)
     refuse(listen is None and rig_options, "--sender and --rate belong to --listen.")
-    log_options = any(value is not None for value in (speed, start, end))
-    refuse(log is None and log_options, "--speed, --from and --to belong to a log; a rig sends at its own pace.")
+    is_part = start is not None or end is not None
+    refuse(log is None and is_part, "--from and --to belong to a log.")
     for file in (parameters, controller):
         inside = file is not None and os.path.realpath(file.parent) == os.path.realpath(output)
         refuse(inside, f"{file} lies in the folder of the flight, whose files would replace it; name another folder.")
-    check_unused(output)
     twin = args.read_parameters_and_warn(parameters)
     with ExitStack() as stack:
         source: Player | Listening
         if log is not None:
             ((recorded,), configuration) = args.read_logs_of_rig([log], config, start, end)
-            source = Player(recorded, 1.0 if speed is None else speed)
+            source = Player(recorded)
         else:
             configuration = args.find_configuration(config)
             port = Port(*read_address(str(listen), "--listen", 0), sender)

@@ -106,13 +106,6 @@ class View(NamedTuple):
 Show = Callable[[View], None]
 
 
-def check_unused(folder: Path) -> None:
-    """Refuse a folder that holds an earlier flight or diagnosis: a ConfigurationError that names the file."""
-    for name in (RECORDED, PREDICTIONS, DIAGNOSED):
-        reason = "is there already and is not replaced, it holds what was recorded before; name another folder."
-        refuse(os.path.lexists(folder / name), f"{folder / name} {reason}")
-
-
 class Session:
     """A twin and the files of its flight, in a folder that must not hold an earlier recording.
 
@@ -127,7 +120,9 @@ class Session:
         self.declared = tuple(declared.get(axis) for axis in AXES)
         self.errors = {name: value.standard_error or 0.0 for name, value in parameters.values.items()}
         with write_whole_folder(folder):  # creates it
-            check_unused(folder)
+            for name in (RECORDED, PREDICTIONS, DIAGNOSED):
+                reason = "is there already and is not replaced, it holds what was recorded before; name another folder."
+                refuse(os.path.lexists(folder / name), f"{folder / name} {reason}")
         self.events: list[dict[str, Any]] = []  # as in their file
         self._write_events()
         angles = [f"{twin}{axis} [rad]" for twin in ("", "predicted.", "predicted_alone.") for axis in AXES]

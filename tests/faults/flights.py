@@ -6,7 +6,7 @@ from tests.faults.outputs import beside, inside
 
 FOLLOW = "heli follow -p parameters.json"
 INTO = f"{FOLLOW} -o out"
-PLAY = f"{INTO} log.csv --speed 0"
+PLAY = f"{INTO} log.csv"
 
 FLIGHTS = (
     Fault("neither a log nor a rig", parameters(), FOLLOW, "one of the two"),
@@ -19,7 +19,7 @@ FLIGHTS = (
     Fault("a page where nothing can be served", parameters(), f"{FOLLOW} log.csv --serve 192.0.2.1:8042", "192.0.2.1:8042 cannot be served"),
     Fault("a rate out of range", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --rate 10", "50 to 2000 Hz are"),
     Fault("the plant's parameters for the controller", parameters(), f"{PLAY} --controller parameters.json", "those of the PidController are needed"),
-    Fault("the twin's parameters in the folder of the flight", inside("parameters.json"), "heli follow log.csv --speed 0 -p out/parameters.json -o out", "out/parameters.json lies in the folder of the flight"),
+    Fault("the twin's parameters in the folder of the flight", inside("parameters.json"), "heli follow log.csv -p out/parameters.json -o out", "out/parameters.json lies in the folder of the flight"),
     Fault("a folder where the flight's events go", beside(lambda out: (out / "events.json").mkdir()), PLAY, "events.json: it is a folder"),
     Fault("a link to nowhere where the recording goes", beside(lambda out: (out / "recorded.csv").symlink_to("/proc/none/x")), PLAY, "out/recorded.csv is there already"),
     Fault("a flight from behind the log's end", parameters(), f"{PLAY} --from 1e6", "lies after the log's end"),
