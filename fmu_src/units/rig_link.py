@@ -39,7 +39,7 @@ class RigLink(SlaveBase):
         output("port", "1", "port on which datagrams come in", ("link.address", "link.port")),
         parameter("link.address", "127.0.0.1", "numeric address of this machine on which datagrams come in"),
         parameter("link.port", 25000, "port on which they come in; 0: a free one, see port", None, 0, 65535),
-        parameter("link.sender", "", "the rig, HOST:PORT or HOST (any port); empty: the first good sender"),
+        parameter("link.sender", "", "address of the rig; empty: the first good sender"),
         parameter("link.sample_time", 0.01, "sampling interval of the rig", "s", 1e-5, 1.0),
         parameter("link.delay", 0.05, "the rig is shown this much later: overtaken samples wait", "s", 0.0, 10.0),
         parameter("link.maximum_age", 0.2, "age above which the watchdog speaks up", "s", 1e-3, 1e3),
@@ -64,7 +64,6 @@ class RigLink(SlaveBase):
             self.port_settings = settings
         self.clock = Clock(self.value("link.delay"), self.value("link.maximum_age"), self.value("link.sample_time"))
         self.warned = False
-        self.elections = self.port.elections
         self._show(time)
         self._wait_for_sample(time, self.value("link.wait"))
 
@@ -98,11 +97,6 @@ class RigLink(SlaveBase):
         if port is None:
             raise Refusal("there is no link to the rig; correct link.* before initialisation ends")
         arrived = list(port.receive(self.value("link.look_ahead")))
-        if port.elections > self.elections:
-            if self.elections:  # a new sender has another clock
-                self.clock.order.restart()
-                self.log(f"{port.note}, which is heard", Fmi2Status.warning)
-            self.elections = port.elections
         clock, counts = self.clock, self.clock.order.counts
         clock.tick(time, arrived)
         # no sample is due before link.delay has passed: the first one is shown until then

@@ -24,7 +24,7 @@ def follow(
     parameters: Path = option(args.PLANT_FILE, AT_START, "FILE", "--parameters", "-p"),
     output: Path = option(Path("flight"), UNUSED, "DIR", "--output", "-o"),
     serve: str | None = option(None, "Show the twin in a browser as well, at this address.", "HOST:PORT"),
-    sender: str = option("", "The rig; by default, the first that sends a sample.", "HOST[:PORT]"),
+    sender: str = option("", "Address of the rig; by default, the first that sends a sample.", "HOST"),
     rate: float | None = option(None, "The rig's sampling rate; by default, found from its time stamps.", "HZ"),
     controller: Path | None = args.CONTROLLER,
     start: float | None = args.FROM,

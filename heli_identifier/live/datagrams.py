@@ -7,9 +7,8 @@ A datagram holds one sample: seven doubles, little-endian and without padding,
 ``sequence`` counts the samples, ``time`` is the rig's clock [s]; NaN stands for one that the rig does not have. A
 datagram of a wrong length, or with a number that is not finite or that no rig reaches, is refused.
 
-A :class:`Port` hears one sender: the one that is named, or else the first that sends a good datagram, until it has been
-silent for :data:`SENDER_TIMEOUT`. If only the address of the sender is named, any of its ports is heard, so that a rig
-can start again. The datagrams of others are dropped and counted.
+A :class:`Port` hears one host: the one that is named, or else the first that sends a good datagram. Any of its ports is
+heard, so that a rig can start again. The datagrams of others are dropped and counted.
 """
 
 from __future__ import annotations
@@ -20,10 +19,9 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from ipaddress import ip_address
 from math import isnan, nan, pi
-from time import monotonic
 from typing import NamedTuple
 
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import ConfigurationError, refuse
 
 SIGNALS = ("v_front", "v_rear", "pitch", "elevation", "travel")
 CONTENT = ("sequence", "time", *SIGNALS)
@@ -31,7 +29,6 @@ ROW = struct.Struct(f"<{len(CONTENT)}d")
 """Names of a datagram's doubles in their order, and its form."""
 
 BUFFER = 1 << 20  # bytes that the system stores for a late receiver: about 10 s of a rig at 1 kHz
-SENDER_TIMEOUT = 2.0  # silence of a sender that was not named after which another one may be the rig [s]
 
 BOUNDS = {
     "v_front": (-30.0, 30.0),  # [V], as the units' inputs take them
@@ -103,22 +100,21 @@ def read_address(text: str, what: str, lowest_port: int = -1) -> tuple[str, int]
 
 
 class Port:
-    """A UDP socket that hears one sender.
+    """A UDP socket that hears one host.
 
     ``address`` and ``number`` of the port are of this machine, not 0.0.0.0; port 0 stands for a free one. ``sender``:
-    ``HOST:PORT`` or ``HOST`` (port -1, any); if empty, the first good sender is the rig. ``factors`` to SI of what the
-    rig sends, by name. Counted are datagrams without
-    a sample (``refused``), those of others (``foreign``), and senders that were taken for the rig (``elections``).
-    Texts, empty for none: ``reason`` why the last datagram was refused; ``note`` about the sender.
+    the host, if empty, the first that sends a good datagram. ``factors`` to SI of what the rig sends, by name. Counted
+    are datagrams without a sample (``refused``) and those of others (``foreign``). ``reason`` why the last datagram was
+    refused, empty for none.
     """
 
     def __init__(self, address: str, number: int, sender: str) -> None:
         host, _ = read_address(address, "the address to listen on")
+        self.sender, port = read_address(sender, "the sender") if sender else ("", -1)
+        refuse(port >= 0, f"the sender = {sender!r}: name its address alone, any of its ports is heard.")
         self.factors: Mapping[str, float] = {}
-        self.sender: tuple[str, int] | None = read_address(sender, "the sender") if sender else None
-        self.refused = self.foreign = self.elections = 0
-        self.reason = self.note = ""
-        self._named, self._heard_at = bool(sender), 0.0
+        self.refused = self.foreign = 0
+        self.reason = ""
         self._socket = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._socket.setblocking(False)
@@ -146,20 +142,13 @@ class Port:
                 content, source = self._socket.recvfrom(ROW.size + 1)
             except OSError:  # nothing has come in, or the network reports a fault
                 break
-            host, port = source[0], source[1]
-            if self.sender is not None and (host != self.sender[0] or self.sender[1] not in (-1, port)):
+            if source[0] != (self.sender or source[0]):
                 self.foreign += 1
                 continue
             sample = decode(content, self.factors)
             if isinstance(sample, str):
                 self.refused += 1
-                self.reason = f"a datagram of {host}:{port} holds no sample: {sample}"
+                self.reason = f"a datagram of {source[0]}:{source[1]} holds no sample: {sample}"
                 continue
-            self._heard_at = monotonic()
-            if self.sender is None:
-                self.sender, self.elections = (host, port), self.elections + 1
-                self.note += f"the rig is {host}:{port} since" if self.elections > 1 else ""
+            self.sender = source[0]
             yield sample
-        if self.sender is not None and not self._named and monotonic() - self._heard_at > SENDER_TIMEOUT:
-            self.note = f"{self.sender[0]}:{self.sender[1]} fell silent; "
-            self.sender = None

@@ -40,7 +40,7 @@ Keep = Callable[[float, tuple[float, ...]], None]
 
 
 class Status(NamedTuple):
-    """State of a stream in words: one ``line`` about it, the ``faults`` of samples, ``notes`` on clock and sender.
+    """State of a stream in words: one ``line`` about it, the ``faults`` of samples, ``notes`` on the clock.
 
     ``silent``: nothing has come in for long. All are empty for a log.
     """
@@ -75,7 +75,6 @@ class Listening:
         self.heard_at = self.read_at = monotonic()  # of the last datagram, and of the last reading of the port
         self.last = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         self.silent_from = -1  # last instant before the silence
-        self.elections = 0
 
     @property
     def sample_time(self) -> float:
@@ -86,7 +85,6 @@ class Listening:
     def status(self) -> Status:
         """State of the stream in words."""
         port, counts, silence = self.port, self.order.counts, monotonic() - self.heard_at
-        notes = [*self.notes, *([port.note] if port.elections > 1 else [])]
         wrong_samples = {
             "were lost": counts["lost"],
             "came too late": counts["late"],
@@ -100,14 +98,12 @@ class Listening:
         faults = ", ".join(f"{number} {what}" for what, number in wrong_samples.items() if number)
         received = counts["received"]
         faults = f"of {received + counts['lost']} samples {faults}" if faults else ""
-        if port.sender is None:
-            refused = f"; {port.refused} datagrams refused: {port.reason}" if port.refused else ""
-            texts = [f"waiting for the rig{refused}"]
-        else:
-            sender = port.sender[0] if port.sender[1] < 0 else f"{port.sender[0]}:{port.sender[1]}"
-            texts = [f"{sender}: {faults or f'{received} samples'}", *notes]
+        refused = f"; {port.refused} datagrams refused: {port.reason}" if port.refused else ""
+        texts = [f"waiting for the rig{refused}"]
+        if received:
+            texts = [f"{port.sender}: {faults or f'{received} samples'}", *self.notes]
             texts += [f"nothing for {silence:.1f} s"] if silence > SILENCE else []
-        return Status("; ".join(texts), faults, tuple(notes), silence > SILENCE)
+        return Status("; ".join(texts), faults, tuple(self.notes), silence > SILENCE)
 
     def instants(self, keep: Keep, stopped: Callable[[], bool]) -> Iterator[Sample | None]:
         """Yield the sample of each instant until the flight has ``stopped``; ``keep`` all samples.
@@ -131,10 +127,6 @@ class Listening:
         self.read_at = monotonic()
         for datagram in self.port.receive(_LARGEST_READ):
             self.heard_at = monotonic()
-            if self.port.elections > self.elections:  # another sender has another clock
-                if self.elections:
-                    self.order.restart()
-                self.elections, self.uses_clock, self.unread = self.port.elections, None, []
             self.unread.append(datagram)
         if self.uses_clock is None:
             if len(self.unread) < _ENOUGH:
