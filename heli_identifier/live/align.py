@@ -58,11 +58,6 @@ class Order:
         self.stray: Datagram | None = None
         self.recent: deque[float] = deque(maxlen=RECENT)
 
-    def restart(self) -> None:
-        """Begin again for a rig that started again; samples that waited are dropped, as their age is unknown."""
-        self.counts["restarted"] += 1
-        self._reset()
-
     def take(self, sample: Datagram, arrived: float) -> None:
         """Add a sample.
 
@@ -83,7 +78,8 @@ class Order:
             self.stray = sample
         else:
             if not 0.0 < stray.time - newest.time <= LONGEST_GAP:
-                self.restart()
+                counts["restarted"] += 1
+                self._reset()  # samples that waited are dropped, as their age is unknown
             self.stray = None
             self._insert(stray)
             self._insert(sample)

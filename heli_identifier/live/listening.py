@@ -34,20 +34,20 @@ _ENOUGH = 10  # samples from which clock and rate are found
 _USUAL_RATES = (50.0, 100.0, 125.0, 200.0, 250.0, 400.0, 500.0, 1000.0, 2000.0)  # [Hz]
 _SHORTEST_STEP = 1e-100  # [s] a shorter step has no rate
 _LARGEST_READ = 4096  # datagrams that are read at once
+_UNCLEAR = "the rig sends no clock that tells its samples apart"
 
 Keep = Callable[[float, tuple[float, ...]], None]
 """Takes the time [s] and the signals of every sample, in order."""
 
 
 class Status(NamedTuple):
-    """State of a stream in words: one ``line`` about it, the ``faults`` of samples, ``notes`` on the clock.
+    """State of a stream in words: one ``line`` about it, and the ``faults`` of its clock and samples.
 
     ``silent``: nothing has come in for long. All are empty for a log.
     """
 
     line: str = ""
     faults: str = ""
-    notes: tuple[str, ...] = ()
     silent: bool = False
 
 
@@ -69,7 +69,6 @@ class Listening:
         self.uses_clock: bool | None = None  # the rig's, None until enough samples have come in
         self.unread: list[Datagram] = []  # samples that are not in order yet
         self.counted = 0  # samples that came in, for a rig that sends neither clock nor numbers
-        self.notes: list[str] = []  # about the clock, in words
         self.order = Order(self.sample_time)
         self.grid: Grid | None = None
         self.heard_at = self.read_at = monotonic()  # of the last datagram, and of the last reading of the port
@@ -95,15 +94,17 @@ class Listening:
             "datagrams came from others": port.foreign,
             "starts of the rig": counts["restarted"] + 1 if counts["restarted"] else 0,
         }
-        faults = ", ".join(f"{number} {what}" for what, number in wrong_samples.items() if number)
-        received = counts["received"]
-        faults = f"of {received + counts['lost']} samples {faults}" if faults else ""
-        refused = f"; {port.refused} datagrams refused: {port.reason}" if port.refused else ""
-        texts = [f"waiting for the rig{refused}"]
+        wrong = ", ".join(f"{number} {what}" for what, number in wrong_samples.items() if number)
+        received, texts = counts["received"], [f"{_UNCLEAR}; they are counted"] if self.uses_clock is False else []
+        texts += [f"of {received + counts['lost']} samples {wrong}"] if wrong else []
+        faults, silent = "; ".join(texts), silence > SILENCE
         if received:
-            texts = [f"{port.sender}: {faults or f'{received} samples'}", *self.notes]
-            texts += [f"nothing for {silence:.1f} s"] if silence > SILENCE else []
-        return Status("; ".join(texts), faults, tuple(self.notes), silence > SILENCE)
+            line = f"{port.sender}: {faults or f'{received} samples'}"
+            line += f"; nothing for {silence:.1f} s" if silent else ""
+        else:
+            line = "waiting for the rig"
+            line += f"; {port.refused} datagrams refused: {port.reason}" if port.refused else ""
+        return Status(line, faults, silent)
 
     def instants(self, keep: Keep, stopped: Callable[[], bool]) -> Iterator[Sample | None]:
         """Yield the sample of each instant until the flight has ``stopped``; ``keep`` all samples.
@@ -145,9 +146,7 @@ class Listening:
         stamps = {(one.number, one.time) for one in self.unread if not isnan(one.time)}
         times = sorted({time for _, time in stamps})
         self.uses_clock = len(times) == len(stamps) > 1
-        unclear = "the rig sends no clock that tells its samples apart"
-        refuse(self.rate is None and not self.uses_clock, f"{unclear}; give its sampling rate with --rate.")
-        self.notes = [] if self.uses_clock else [f"{unclear}; they are counted"]
+        refuse(self.rate is None and not self.uses_clock, f"{_UNCLEAR}; give its sampling rate with --rate.")
         if self.rate is None:
             self.rate = find_rate(times)
             _check_rate(self.rate)

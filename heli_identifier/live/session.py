@@ -133,7 +133,6 @@ class Session:
         self.past: deque[dict[str, Any]] = deque(maxlen=_PAST)
         self.last_time = 0.0  # of a sample [s]
         self._time = self._elevation = 0.0  # of the last step [s], [rad]
-        self._noted: set[str] = set()
 
     @property
     def time(self) -> float:
@@ -148,7 +147,7 @@ class Session:
     def run(self, source: Listening | Player, stopped: Callable[[], bool], show: Show) -> None:
         """Follow the samples of a ``source`` until it ends or the flight has ``stopped``; show five views a second.
 
-        Notes and faults of the stream become events.
+        The faults of the stream become an event at the end.
         """
         written = shown = monotonic()
         for sample in source.instants(self.keep, stopped):
@@ -218,11 +217,7 @@ class Session:
         self.predictions.close()
 
     def view(self, stream: Status) -> View:
-        """Return the view of the flight; new notes of the ``stream`` become events first."""
-        for note in stream.notes:
-            if note not in self._noted:
-                self._noted.add(note)
-                self.add_event(Event(self.time, "stream", why=note))
+        """Return the view of the flight."""
         view = View(stream=stream, events=tuple(self.events), declared=self.declared)
         if self.twin is None or self._time == 0.0:
             return view
