@@ -47,7 +47,7 @@ def parameters(unit, log):
         "Exciter": {"excitation.experiment": 3},
         "LogPlayer": {"log.path": str(log)},
         "RigLink": {"link.port": free_port()},  # a given one: with 0 every instance shows another
-        "Corrector": {"window": 4.0, "keeping.bandwidth": 7.0},
+        "Corrector": {"false_alarm.time": 3600.0, "keeping.bandwidth": 7.0},
     }[unit]  # fmt: skip
 
 

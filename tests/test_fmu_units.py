@@ -59,6 +59,9 @@ def test_no_sample_is_missed_where_an_importer_adds_up_its_steps_and_is_early():
         unit = started(kind)
         assert unit.do_step(0.0, 0.01) and unit.do_step(0.01 - 5e-6, 0.01)
         assert (unit.held.samples - 1 if kind is StateFeedback else unit.state.instants) == 1
+    # errors of an encoder are alike from one such sample to the next, which would raise false alarms
+    too_fast = initialise(Corrector, {"sample.time": 0.002})
+    assert "sample.time = 0.002 s must lie in [0.005, 0.1] s" in too_fast.log_queue[0].msg
 
 
 def motion(t):

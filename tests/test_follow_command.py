@@ -60,12 +60,6 @@ def test_the_longest_stretch_after_the_last_change_is_diagnosed_and_a_controller
 
 FLOWN = {"events.json", "recorded.csv", "predictions.csv"}
 CONCLUDED = {*FLOWN, "following.json", "parameters.json", f"{PLANT}.fmu"}
-UNPLUGGED = f"""
-from heli_identifier.live import Port
-opened = Port._open
-Port._open = lambda port, host, number: opened(port, "192.0.2.1" if port._heard_at else host, number)
-{HELI}"""
-"""The address on which a rig was heard is gone, as that of a network adapter, when the port is to be opened again."""
 
 
 @pytest.fixture
@@ -73,9 +67,9 @@ def start_follow(interruptible, tmp_path):
     """Start ``heli follow --listen`` on a free port; returns the process and the port. No process is left."""
     with ExitStack() as processes:
 
-        def start(*words, code=HELI):
+        def start(*words):
             process = subprocess.Popen(
-                [sys.executable, "-c", code, "follow", "--listen", "127.0.0.1:0", *map(str, words)],
+                [sys.executable, "-c", HELI, "follow", "--listen", "127.0.0.1:0", *map(str, words)],
                 cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
             )  # fmt: skip
             processes.enter_context(process)
@@ -111,14 +105,10 @@ def test_a_log_that_is_streamed_is_followed_and_ctrl_c_leaves_every_file(flight,
     assert "too short for a diagnosis" in errors and "1201 samples" in out
 
 
-@pytest.mark.parametrize("end, code, names, words", [
-    ("kill", None, FLOWN, ""),
-    pytest.param("terminate", 143, FLOWN, "", marks=pytest.mark.slow),
-    ("poll", 2, CONCLUDED, "the flight ended because 192.0.2.1:"),  # ends by itself
-])  # fmt: skip
-def test_what_came_in_before_the_flight_was_ended_is_on_disk(flight, tmp_path, start_follow, end, code, names, words):
-    """Fewer samples than the rate is found from; each is recorded as soon as it is in order."""
-    process, port = start_follow("-p", flight / "parameters.json", "-o", "out", code=UNPLUGGED if words else HELI)
+@pytest.mark.parametrize("end, code", [("kill", None), pytest.param("terminate", 143, marks=pytest.mark.slow)])
+def test_what_came_in_before_the_flight_was_ended_is_on_disk(flight, tmp_path, start_follow, end, code):
+    """Each sample is recorded as soon as it is in order."""
+    process, port = start_follow("-p", flight / "parameters.json", "-o", "out")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as rig:
         for k in range(40):
             rig.sendto(make_datagram(k), ("127.0.0.1", port))
@@ -126,10 +116,10 @@ def test_what_came_in_before_the_flight_was_ended_is_on_disk(flight, tmp_path, s
     wait_for_rows(tmp_path / "out/recorded.csv", 40)
     getattr(process, end)()
     _, errors = process.communicate(timeout=LONGEST)
-    assert code in (None, process.returncode) and words in errors and "Traceback" not in errors
+    assert code in (None, process.returncode) and "Traceback" not in errors
     rows = np.loadtxt(tmp_path / "out/recorded.csv", delimiter=",", skiprows=1)
     assert (1000 * rows[:, 3]).round().tolist() == list(range(40))
-    assert {path.name for path in (tmp_path / "out").iterdir()} == names
+    assert {path.name for path in (tmp_path / "out").iterdir()} == FLOWN
     assert isinstance(json.loads((tmp_path / "out/events.json").read_text()), list)
 
 

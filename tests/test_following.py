@@ -316,15 +316,14 @@ def test_voltages_on_a_straight_line_are_put_back_over_a_gap(delay):
 STOPPED, FROZEN, BACK = (REASONS[why][1] for why in ("stopped", "frozen", "back"))
 
 
-def test_a_stop_is_said_once_and_ends_a_trial_and_the_event_says_which_change_was_on_trial():
-    rows = changed_rows("elevation.gain")[:4800]
+def test_a_stop_is_said_once_and_a_trial_goes_on_after_it():
+    rows = changed_rows("elevation.gain")[:5800]
     state, events, states, plan = follow(rows, lambda k: not 4200 <= k < 4700)
-    assert states[4199].mode == "on trial" and {one.mode for one in states[4230:4700]} == {"suspended"}
-    stopped, held, back = events[-3:]
+    assert states[4199].mode == "on trial" and {one.shown_mode for one in states[4230:4700]} == {"suspended"}
+    stopped, back, adopted = events[-3:]
     assert [(one.why, one.time) for one in (stopped, back)] == [(STOPPED, pytest.approx(42.19)), (BACK, 47.0)]
-    assert (held.what, held.name, held.why) == ("held", "elevation.gain", REASONS["cut"][1]) and held.since < 40.0
-    assert abs(held.value - 1.2 * TABLE_2.k_z) < 4.0 * held.standard_error
-    assert following.parameters_in_use(state)[0] == TABLE_2
+    assert (adopted.what, adopted.name) == ("adopted", "elevation.gain") and adopted.since < 33.0 < adopted.time - 15.0
+    assert abs(adopted.value - 1.2 * TABLE_2.k_z) < 4.0 * adopted.standard_error
 
 
 def test_an_encoder_that_stands_still_while_the_rig_moves_is_said_once_however_long_it_stands():
@@ -362,9 +361,12 @@ def test_an_encoder_that_moves_again_does_not_count_until_the_observer_has_settl
         counted.append(not encoder.is_ignored(PLAN))
     assert counted == [False] * PLAN.settling + [True]
     # an alarm waits while one stands from which the rig has gone: .1 rad/s in 20 ms are 2 mrad, 3.3 deviations
-    encoder, doubtful = Encoder(0.0), []
-    for _ in range(3):
+    encoder, doubtful, at_fault = Encoder(0.0), [], []
+    for _ in range(PLAN.stuck):
         encoder = encoder.read(0.0, 0.1, PLAN)
         doubtful.append(encoder.is_doubtful(6e-4, PLAN))
-    assert doubtful == [False, True, True]
+        at_fault.append(encoder.is_at_fault(6e-4, PLAN))
+    assert doubtful == [False] + [True] * (PLAN.stuck - 1)
+    assert at_fault == [False] * (PLAN.stuck - 1) + [True]  # for a shorter time a rig with dry friction may stick
     assert not encoder.read(-0.0015, 0.1, PLAN).is_doubtful(6e-4, PLAN)  # it moves
+    assert [encoder.read(angle, 0.1, PLAN).is_at_fault(6e-4, PLAN) for angle in (0.014, 0.016)] == [False, True]

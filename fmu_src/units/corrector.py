@@ -10,7 +10,7 @@ from heli_plant.observer import CORRECTED
 from heli_plant.parameters import PARAMETERS, check_parameters
 
 from ..slave_base import SlaveBase, check_substeps, time_tolerance
-from ..variables import Variable, for_each, output, parameter, real_input, setting
+from ..variables import Variable, for_each, output, real_input, setting
 from .signals import ANGLE_INPUTS, AXES, VOLTAGE_INPUTS
 
 _INPUTS = (
@@ -27,7 +27,7 @@ _OUTPUTS = (
     *for_each(AXES, output, "error_alone.{}", "rad", "the same of the twin that is left alone, {}"),
     *for_each(AXES, output, "torque.{}", "rad/s^2", "unmodelled acceleration of the {}"),
     output("compared", "1", "1: predictions were compared in this step"),
-    output("observer.bandwidth", "rad/s", "for the plant's observer", ("keeping.bandwidth", "keeping.enabled")),
+    output("observer.bandwidth", "rad/s", "for the plant's observer", ("keeping.bandwidth",)),
     output("alarm", "1", "largest sum of Page's tests over its threshold; 1 is an alarm"),
     output("suspect", "1", "number of the likeliest change, 0 for none (see the documentation)"),
     output("mode", "1", "0 starting, 1 following, 2 alarmed, 3 on trial, 4 adopted, 5 suspended"),
@@ -42,12 +42,10 @@ _OUTPUTS = (
 _DEFAULT = following.FollowSettings()
 _setting = partial(setting, _DEFAULT)
 _SETTINGS = (
-    # the observer's poles of 7 rad/s need three samples in their time constant
-    _setting("sample.time", "sample_time", "time between two samples", "s", 1e-4, 0.1),
-    _setting("window", "window", "time over which errors 1 s ahead are compared", "s", 4.0, 60.0),
+    # errors of an encoder are alike within some 5 ms; the observer's poles of 7 rad/s need three samples in .14 s
+    _setting("sample.time", "sample_time", "time between two samples", "s", 5e-3, 0.1),
     _setting("false_alarm.time", "false_alarm_time", "mean time between false alarms", "s", 60.0, 1e9),
     _setting("keeping.bandwidth", "observer_bandwidth", "poles of the observers", "rad/s", 2.0, 30.0),
-    parameter("keeping.enabled", True, "whether the plant's observer is switched on"),
     _setting("correcting", "correcting", "adopt changes; if not, only report them"),
     *(
         _setting(row.name, f"parameters.{row.field}", row.description, row.unit, row.minimum, row.maximum)
@@ -72,8 +70,8 @@ class Corrector(SlaveBase):
         self.first = time
         self.reports = 0
         self.last: following.Event | None = None
-        self.bandwidth = self.value("keeping.bandwidth") if self.value("keeping.enabled") else 0.0
-        self.show(self.bandwidth if variable.name == "observer.bandwidth" else 0.0 for variable in _OUTPUTS)
+        start = {"observer.bandwidth": settings.observer_bandwidth}
+        self.show(start.get(variable.name, 0.0) for variable in _OUTPUTS)
 
     def advance(self, time: float, step_size: float) -> None:
         """Take the sample of ``time`` [s]; the outputs are of the end of the step."""
@@ -110,10 +108,10 @@ class Corrector(SlaveBase):
             *errors,
             *state.observer.torque,
             float(twins.compared),
-            self.bandwidth,
+            self.plan.settings.observer_bandwidth,
             state.alarm,
             state.finding.change + 1.0,
-            float(following.MODES.index(state.mode)),
+            float(following.MODES.index(state.shown_mode)),
             float(self.reports),
         ]
         if self.last is not None:

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from pythonfmu.enums import Fmi2Status
 
 from heli_identifier.errors import ConfigurationError
-from heli_identifier.live import USUAL_LAYOUT, Clock, Port, read_layout
+from heli_identifier.live import Clock, Port
 
 from ..errors import Refusal
 from ..slave_base import SlaveBase
@@ -39,8 +39,7 @@ class RigLink(SlaveBase):
         output("port", "1", "port on which datagrams come in", ("link.address", "link.port")),
         parameter("link.address", "127.0.0.1", "numeric address of this machine on which datagrams come in"),
         parameter("link.port", 25000, "port on which they come in; 0: a free one, see port", None, 0, 65535),
-        parameter("link.sender", "", "the rig, HOST:PORT or HOST (any port); empty: the first good sender"),
-        parameter("link.layout", USUAL_LAYOUT, "names of a datagram's doubles in their order, or json"),
+        parameter("link.sender", "", "address of the rig; empty: the first good sender"),
         parameter("link.sample_time", 0.01, "sampling interval of the rig", "s", 1e-5, 1.0),
         parameter("link.delay", 0.05, "the rig is shown this much later: overtaken samples wait", "s", 0.0, 10.0),
         parameter("link.maximum_age", 0.2, "age above which the watchdog speaks up", "s", 1e-3, 1e3),
@@ -55,18 +54,16 @@ class RigLink(SlaveBase):
 
     def initialise(self, time: float) -> None:
         """Read the settings and open the socket."""
-        settings = tuple(self.value(f"link.{name}") for name in ("address", "port", "sender", "layout"))
-        if self.port is None or self.port.lost or settings != self.port_settings:
+        settings = tuple(self.value(f"link.{name}") for name in ("address", "port", "sender"))
+        if self.port is None or settings != self.port_settings:
             self._close()
-            address, number, sender, layout = settings
             try:
-                self.port = Port(address, number, sender, read_layout(layout))
+                self.port = Port(*settings)
             except ConfigurationError as problem:
                 raise Refusal(f"link: {problem}") from problem
             self.port_settings = settings
         self.clock = Clock(self.value("link.delay"), self.value("link.maximum_age"), self.value("link.sample_time"))
         self.warned = False
-        self.elections = self.port.elections
         self._show(time)
         self._wait_for_sample(time, self.value("link.wait"))
 
@@ -100,13 +97,6 @@ class RigLink(SlaveBase):
         if port is None:
             raise Refusal("there is no link to the rig; correct link.* before initialisation ends")
         arrived = list(port.receive(self.value("link.look_ahead")))
-        if port.lost:
-            raise Refusal(f"link: {port.lost}")
-        if port.elections > self.elections:
-            if self.elections:  # a new sender has another clock
-                self.clock.order.restart()
-                self.log(f"{port.note}, which is heard", Fmi2Status.warning)
-            self.elections = port.elections
         clock, counts = self.clock, self.clock.order.counts
         clock.tick(time, arrived)
         # no sample is due before link.delay has passed: the first one is shown until then

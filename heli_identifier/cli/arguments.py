@@ -55,8 +55,6 @@ SETTINGS = option([], "A parameter by its name; repeatable.", "NAME=VALUE", "--s
 PARAMETERS = option(None, "parameters.json of a diagnosis, for the unit it names.", "FILE", "--parameters", "-p")
 PLANT_FILE = Path("parameters.json")
 PLANT = argument(PLANT_FILE, "parameters.json of a diagnosis or identification.", "FILE")
-USUAL = "A datagram's doubles by name in their order, or json; by default"
-LAYOUT = option(None, f"{USUAL} 'sequence time v_front v_rear pitch elevation travel'.", "NAMES")
 CONTROLLER = option(None, "controller.json: parameters of the controller that flies the rig.", "FILE")
 NATIVE = flag("Units in C, which need no Python on their host (compilers: extra `native`, or gcc).", "--native")
 

@@ -24,7 +24,7 @@ from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, note_written, warn
 from heli_identifier.errors import IdentifierError
 from heli_identifier.live.page import serve_page
-from heli_identifier.live.screen import print_events, show_screen
+from heli_identifier.live.screen import show_screen
 from heli_identifier.live.session import ADVICE, EVENTS, GAINS, IN_USE, PREDICTIONS, RECORDED, Session, Show, View
 from heli_plant.control import PidSettings
 from heli_plant.parameters import PlantParameters
@@ -40,8 +40,8 @@ LEAST_AFTER_CHANGE = 30.0
 
 
 def open_shows(stack: ExitStack, title: str, address: str | None) -> Show:
-    """Open the screen and, at an ``address``, the page; give a function that shows a view on them."""
-    displays = [stack.enter_context(show_screen(title)) if sys.stderr.isatty() else print_events()]
+    """Open the screen on a terminal and, at an ``address``, the page; give a function that shows a view on them."""
+    displays = [stack.enter_context(show_screen(title))] if sys.stderr.isatty() else []
     if address is not None:
         url, page = stack.enter_context(serve_page(address, title))
         note(f"open {url} in a browser")

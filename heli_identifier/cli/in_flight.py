@@ -7,15 +7,12 @@ from pathlib import Path
 import typer
 
 from heli_identifier.cli import arguments as args
-from heli_identifier.cli.arguments import argument, flag, option
+from heli_identifier.cli.arguments import argument, option
 from heli_identifier.cli.guard import INTERRUPTED
 from heli_identifier.cli.terminal import note, progress_bar, warn
 from heli_identifier.errors import refuse
-from heli_identifier.live import USUAL_LAYOUT, Port, read_address, read_layout
+from heli_identifier.live import Port, read_address
 from heli_identifier.processes import undo_at_end
-
-SERVED_AT = "127.0.0.1:8042"
-"""Where the page is shown by default."""
 
 AT_START = "parameters.json of the twin at the start."
 UNUSED = "Folder of the flight; without an earlier one in it."
@@ -26,11 +23,8 @@ def follow(
     listen: str | None = option(None, "Address of this computer to which the rig sends.", "HOST:PORT"),
     parameters: Path = option(args.PLANT_FILE, AT_START, "FILE", "--parameters", "-p"),
     output: Path = option(Path("flight"), UNUSED, "DIR", "--output", "-o"),
-    speed: float | None = option(None, "Play the log N times faster; 0: as fast as it goes.", "N"),
-    serve: bool = flag("Show the twin in a browser on this computer as well.", "--serve"),
-    serve_at: str = option(SERVED_AT, "Where --serve shows it.", "HOST:PORT"),
-    sender: str = option("", "The rig; by default, the first that sends a sample.", "HOST[:PORT]"),
-    layout: str | None = args.LAYOUT,
+    serve: str | None = option(None, "Show the twin in a browser as well, at this address.", "HOST:PORT"),
+    sender: str = option("", "Address of the rig; by default, the first that sends a sample.", "HOST"),
     rate: float | None = option(None, "The rig's sampling rate; by default, found from its time stamps.", "HZ"),
     controller: Path | None = args.CONTROLLER,
     start: float | None = args.FROM,
@@ -39,7 +33,7 @@ def follow(
 ) -> None:
     """Follow a rig while it flies: notice that the twin no longer fits, say why, correct it, and say so.
 
-    The rig sends by UDP (--listen), or a log is played. Ctrl-C ends the flight.
+    The rig sends by UDP (--listen), or a log is played as fast as it goes. Ctrl-C ends the flight.
 
     Writes events.json, recorded.csv, predictions.csv and following.json (the twin's parameters) while it flies; then
     parameters.json and HelicopterPlant.fmu of the twin as it flew last, and what `heli diagnose` writes of the
@@ -50,41 +44,39 @@ def follow(
     from heli_identifier.cli.flight import Adviser, catch_interrupt, conclude_flight, open_shows
     from heli_identifier.live.listening import Listening
     from heli_identifier.live.screen import event_line
-    from heli_identifier.live.session import Session, check_unused
+    from heli_identifier.live.session import Session
     from heli_identifier.live.sources import Player
 
     one_source = (log is None) != (listen is None)
     refuse(not one_source, "name a log to play, or --listen HOST:PORT for a rig that sends; one of the two.")
-    rig_options = bool(sender or layout or rate is not None)
-    refuse(listen is None and rig_options, "--sender, --layout and --rate belong to --listen.")
-    log_options = any(value is not None for value in (speed, start, end))
-    refuse(log is None and log_options, "--speed, --from and --to belong to a log; a rig sends at its own pace.")
-    refuse(serve_at != SERVED_AT and not serve, "--serve-at says where --serve shows the twin; add --serve.")
+    rig_options = bool(sender or rate is not None)
+    refuse(listen is None and rig_options, "--sender and --rate belong to --listen.")
+    is_part = start is not None or end is not None
+    refuse(log is None and is_part, "--from and --to belong to a log.")
     for file in (parameters, controller):
         inside = file is not None and os.path.realpath(file.parent) == os.path.realpath(output)
         refuse(inside, f"{file} lies in the folder of the flight, whose files would replace it; name another folder.")
-    check_unused(output)
     twin = args.read_parameters_and_warn(parameters)
     with ExitStack() as stack:
         source: Player | Listening
         if log is not None:
             ((recorded,), configuration) = args.read_logs_of_rig([log], config, start, end)
-            source = Player(recorded, 1.0 if speed is None else speed)
+            source = Player(recorded)
         else:
             configuration = args.find_configuration(config)
-            port = Port(*read_address(str(listen), "--listen", 0), sender, read_layout(layout or USUAL_LAYOUT))
+            port = Port(*read_address(str(listen), "--listen", 0), sender)
             stack.callback(port.close)
             source = Listening(port, rate, configuration.format)
             note("listening on {}:{}".format(*port.address))
         adviser = Adviser(output, controller, configuration.controller)
         title = f"heli follow: {log if log is not None else f'a rig that sends to {listen}'}, twin of {parameters}"
-        show = open_shows(stack, title, serve_at if serve else None)
+        show = open_shows(stack, title, serve)
         session = Session(output, twin, adviser.ask)
         stack.enter_context(undo_at_end(session.close))
         stack.callback(adviser.thread.shutdown, wait=False, cancel_futures=True)
         stopped = stack.enter_context(catch_interrupt())
         session.run(source, stopped, lambda view: show(view._replace(notice=adviser.look())))
-        interrupted, lost, advice = stopped(), source.status.lost, adviser.look(wait=True)
+        interrupted, advice = stopped(), adviser.look(wait=True)
     typer.echo(f"{session.last_time:.1f} s of flight, {session.recorded.rows} samples")
     for event in session.events:
         typer.echo(event_line(event))
@@ -93,7 +85,6 @@ def follow(
     if interrupted:
         note("stopped by Ctrl-C; the recording is being diagnosed (Ctrl-C again leaves that out)")
     conclude_flight(session, output, configuration)
-    refuse(lost != "", f"the flight ended because {lost}; correct that, and name another folder for the next flight.")
     if interrupted:
         raise typer.Exit(INTERRUPTED)
 
@@ -102,7 +93,6 @@ def stream(
     log: Path = argument(..., "Measured log to send.", "LOG"),
     address: str = option(..., "Where to send it, by UDP, as 127.0.0.1:25000.", "HOST:PORT"),
     speed: float = option(1.0, "How many times faster than the rig was.", "N"),
-    layout: str | None = args.LAYOUT,
     config: Path | None = args.CONFIG,
 ) -> None:
     """Send a log as a running rig would: one datagram per sample, at the log's own instants.
@@ -111,10 +101,9 @@ def stream(
     """
     from heli_identifier.live.sources import send
 
-    datagram_layout = read_layout(layout or USUAL_LAYOUT)
     ((recorded,), _) = args.read_logs_of_rig([log], config)
     with progress_bar() as progress:
-        late = send(recorded, address, speed, datagram_layout, progress)
+        late = send(recorded, address, speed, progress)
     typer.echo(f"{recorded.samples} samples, {recorded.duration:.4g} s of flight, sent to {address}")
     if late > 0.05:
         warn(f"the last datagrams were sent {late:.2g} s too late: this computer is too slow for --speed {speed:g}")

@@ -43,7 +43,7 @@ def correct(state: CorrectorState, sample: Sample, plan: FollowPlan) -> tuple[Co
     An instant without a sample waits for the next sample, until the stream counts as stopped.
     """
     has_sample, n = sample.fresh > 0.5, state.waiting + 1
-    if not has_sample and state.mode != "suspended" and n < plan.stop:
+    if not has_sample and not state.suspended and n < plan.stop:
         return state._replace(waiting=n, events=(), predictions=state.predictions._replace(compared=False)), ()
     state = state._replace(waiting=0, events=())
     begin, end = state.observer.voltages, sample[:2] if has_sample else state.observer.voltages
@@ -56,7 +56,7 @@ def correct(state: CorrectorState, sample: Sample, plan: FollowPlan) -> tuple[Co
 
 def _pass_instant(state: CorrectorState, sample: Sample, stopped: bool, plan: FollowPlan) -> CorrectorState:
     """Return the state after instant k = ``state.samples`` + 1; ``stopped``: the stream has stopped."""
-    k, suspended, voltages, angles = state.samples + 1, state.mode == "suspended", sample[:2], sample[2:5]
+    k, suspended, voltages, angles = state.samples + 1, state.suspended, sample[:2], sample[2:5]
     time, has_sample = (k - 1) * plan.settings.sample_time, sample.fresh > 0.5
     observer, arrived = state.observer.advance(voltages, time, has_sample or suspended, state.twin, plan)
     deviations, encoders, broken = observer.deviations(plan), state.encoders, suspended or stopped
@@ -84,16 +84,13 @@ def _pass_instant(state: CorrectorState, sample: Sample, stopped: bool, plan: Fo
 
 
 def _suspend(state: CorrectorState, why: str, plan: FollowPlan) -> CorrectorState:
-    """Return the suspended state; a trial ends."""
-    state = add_event(state, why, plan)
-    if state.mode == "on trial":
-        blocks = state.finding.blocks + state.blocks_in_mode(plan)
-        state = add_event(state, "cut", plan, state.finding._replace(blocks=blocks))
-    state = state.follow_again()
-    return state.enter(
-        "suspended",
+    """Return the suspended state, without what was learned just before; its mode goes on after the fault."""
+    nothing = (Projection(0.0, 0.0, 1.0),) * len(plan.changes)
+    return add_event(state, why, plan)._replace(
+        suspended=True,
         predictions=state.predictions.drop_running(),
-        blocks=state.blocks[:-_DROPPED_BLOCKS],
+        blocks=(*state.blocks[:-_DROPPED_BLOCKS], *[plan.no_block] * _DROPPED_BLOCKS),
+        tested=(*state.tested[:-_DROPPED_BLOCKS], *[nothing] * _DROPPED_BLOCKS),
         observer=state.observer._replace(covariances=()),
     )
 
@@ -103,8 +100,8 @@ def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> Correcto
     before, since, held = state.observer.memory
     first = start_state(*angles, before.nu_front, before.nu_rear)._replace(cable_rest=before.cable_rest)
     observer = start_observer(first, state.observer.voltages, state.twin.parameters, plan)
-    return add_event(state, "back", plan).enter(
-        "following" if state.is_noise_known else "starting",
+    return add_event(state, "back", plan)._replace(
+        suspended=False,
         settled_at=state.samples + plan.settling,
         observer=observer._replace(memory=observer.memory._replace(since=since, held=held)),
     )
@@ -115,7 +112,7 @@ def _add_innovations(
 ) -> tuple[Sums, ...]:
     """Return the sums of each axis with the innovation of a sample, or marked as spoiled."""
     k, noise, predicted = state.samples, state.noise, measured_angles(state.observer.memory.state)
-    resting = k < max(state.settled_at, state.changed_at + SWINGING * plan.block) or state.mode == "suspended"
+    resting = k < max(state.settled_at, state.changed_at + SWINGING * plan.block) or state.suspended
     result: list[Sums] = []
     for axis, sums in enumerate(state.sums):
         if resting or state.encoders[axis].is_ignored(plan):
@@ -135,7 +132,7 @@ def _coarse_step(state: CorrectorState, angles: Angles, fresh: bool, plan: Follo
     k = state.samples
     predictions = state.predictions.move((state.twin, plan.alone, *state.rival), k, plan)
     if k % plan.launch == 0:
-        if state.mode != "suspended" and k >= state.settled_at:
+        if not state.suspended and k >= state.settled_at:
             predictions = predictions.launch(state.observer.memory.state, angles, fresh, plan)
         else:
             predictions = predictions.drop_running()
@@ -146,7 +143,7 @@ def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Return the state with the complete block, and with what noise, baseline and kappa learn from it."""
     pairs = list(zip(state.sums, state.noises, strict=True))
     block = tuple([sums.evidence(noise.variance) for sums, noise in pairs])
-    if state.mode not in ("alarmed", "suspended"):
+    if state.mode != "alarmed":
         state = state._replace(noises=tuple([noise.learn(sums) for sums, noise in pairs]))
     state = state._replace(sums=plan.no_sums)
     if state.mode == "starting":

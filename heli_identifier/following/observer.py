@@ -17,9 +17,10 @@ and the gain of the next sample follows from the covariance (:mod:`.covariance`)
 
 **Encoders.** An encoder stands at one count wherever an axis turns back or rests. An axis that turns within a count
 would, at the rate with which it came to this count, have moved by up to four counts meanwhile, whatever it is slowed
-by; and the observer's rate is late. So an encoder is at fault if the rig, at the rate that it had when the encoder
-stopped, would have moved by more than ten counts and the noise since. As this shows only after a while, an encoder that
-stands for half a second is ignored until the observer has settled again.
+by; and the observer's rate is late. So an encoder is at fault if it has stood for half a second, in which a rig with
+dry friction may stick, and if the rig, at the rate that it had when the encoder stopped, would have moved by more than
+ten counts and the noise since; or if it then jumps as far. As this shows only after a while, an encoder that stands for
+half a second is ignored until the observer has settled again.
 """
 
 from math import cos, sqrt
@@ -128,20 +129,24 @@ class Encoder(NamedTuple):
     """One encoder.
 
     Its last ``angle`` [rad]; number of samples for which it has stood ``still``, and the ``rate`` [rad/s] of the
-    observer when it stopped; ``unsettled``: samples until the observer has settled after half a second of standstill.
+    observer when it stopped; ``unsettled``: samples until the observer has settled after half a second of standstill;
+    ``jump`` with which it has just ended such a standstill [rad].
     """
 
     angle: float
     still: int = 0
     rate: float = 0.0
     unsettled: int = 0
+    jump: float = 0.0
 
     def read(self, angle: float, rate: float, plan: FollowPlan) -> "Encoder":
         """Return the encoder after a sample of its ``angle`` [rad], the observer at a ``rate`` [rad/s]."""
         unsettled = max(0, self.unsettled - 1)
         if angle == self.angle:
             return Encoder(angle, self.still + 1, self.rate if self.still else rate, unsettled)
-        return Encoder(angle, unsettled=plan.settling if self.still >= plan.stuck else unsettled)
+        if self.still < plan.stuck:
+            return Encoder(angle, unsettled=unsettled)
+        return Encoder(angle, unsettled=plan.settling, jump=abs(angle - self.angle))
 
     def is_ignored(self, plan: FollowPlan) -> bool:
         """Return whether its angle is ignored: it stands, or stood until recently."""
@@ -152,8 +157,9 @@ class Encoder(NamedTuple):
         return abs(self.rate) * self.still * plan.settings.sample_time
 
     def is_at_fault(self, deviation: float, plan: FollowPlan) -> bool:
-        """Return whether it stands although the rig has moved on; ``deviation`` of the innovations [rad]."""
-        return self.path(plan) > max(_FAULT_PATH, _FAULT_PATH_NOISE * deviation)
+        """Return whether it stood although the rig has moved on; ``deviation`` of the innovations [rad]."""
+        moved = self.path(plan) if self.still >= plan.stuck else self.jump
+        return moved > max(_FAULT_PATH, _FAULT_PATH_NOISE * deviation)
 
     def is_doubtful(self, deviation: float, plan: FollowPlan) -> bool:
         """Return whether it stands and should have moved; ``deviation`` of the innovations [rad]."""

@@ -14,6 +14,7 @@ from .evidence import start_sums
 _BLOCK_TIME = 1.0  # length of a block of sums, about [s]
 _COARSE_TIME = 0.05  # step of the copies that run 1 s ahead, about [s]: a hundredth of the motion's shortest period
 _LAUNCH_TIME, _HORIZON_TIME = 0.2, 1.0  # time between two starts of copies, and time that a copy runs, about [s]
+_WINDOW_TIME = 10.0  # over which errors 1 s ahead are compared [s]
 _SETTLING_TIME = 3.0  # time until the observer has settled [s]
 _STOP_TIME = 0.2  # time without a sample after which the stream counts as stopped [s]
 _STUCK_TIME = 0.5  # time at one count after which an encoder is ignored [s]
@@ -22,15 +23,13 @@ _STUCK_TIME = 0.5  # time at one count after which an encoder is ignored [s]
 class FollowSettings(NamedTuple):
     """Everything that can be set on the following twin.
 
-    Time between two samples h [s]; ``parameters`` in use at the start; ``window`` over which errors 1 s ahead are
-    compared [s]; smallest mean time between two false alarms [s]; bandwidth of the observer's poles on pitch and
-    elevation [rad/s] (:mod:`heli_plant.observer`); ``correcting``: whether changes are adopted or only reported. The
-    unit Corrector checks the bounds of these settings.
+    Time between two samples h [s]; ``parameters`` in use at the start; smallest mean time between two false alarms [s];
+    bandwidth of the observer's poles on pitch and elevation [rad/s] (:mod:`heli_plant.observer`); ``correcting``:
+    whether changes are adopted or only reported. The unit Corrector checks the bounds of these settings.
     """
 
     sample_time: float = 0.01
     parameters: PlantParameters = PlantParameters()
-    window: float = 10.0
     false_alarm_time: float = 36000.0
     observer_bandwidth: float = 6.6
     correcting: bool = True
@@ -47,8 +46,9 @@ class FollowPlan:
     """Constants of every step, computed once from the settings.
 
     ``changes``: what may change. ``alone``: the twin of the start. ``deviations``: standard deviations of the errors of
-    the twin's coefficients of the regressors, for each axis; ``no_sums``: empty sums of these regressors; ``steady``:
-    the observer of each axis without gaps; ``delay``: the plant's input delay [s]; ``threshold``: Lorden's bound [1].
+    the twin's coefficients of the regressors, for each axis; ``no_sums``: empty sums of these regressors, and the block
+    that they make (``no_block``); ``steady``: the observer of each axis without gaps; ``delay``: the plant's input
+    delay [s]; ``threshold``: Lorden's bound [1].
 
     In samples: the ``coarse`` step of copies, the time between two starts of copies (``launch``), the ``horizon`` to
     which they run, a ``block`` of sums, ``settling``, ``stop``, ``stuck``, and ``gap_memory``, in which a gap is
@@ -60,6 +60,7 @@ class FollowPlan:
         self.settings, self.changes, self.deviations = settings, list_changes(p), prior_deviations(p)
         self.alone = Twin(tuple(getattr(p, field) for field in FIELDS), p)
         self.no_sums = tuple([start_sums(len(row)) for row in self.deviations])
+        self.no_block = tuple([sums.products for sums in self.no_sums])
         self.steady = tuple([find_steady_state(factor * bandwidth, h) for factor in (1.0, 1.0, TRAVEL_BANDWIDTH)])
         self.delay = input_delay(p)
         self.threshold = log(2 * len(self.changes) * settings.false_alarm_time / _BLOCK_TIME)
@@ -72,7 +73,7 @@ class FollowPlan:
         self.horizon, self.block = samples(_HORIZON_TIME, self.launch), samples(_BLOCK_TIME, self.coarse)
         self.settling, self.stop, self.stuck = samples(_SETTLING_TIME), samples(_STOP_TIME), samples(_STUCK_TIME)
         self.gap_memory = gap_memory(bandwidth, h)
-        self.window = round(settings.window / (self.launch * h))
+        self.window = round(_WINDOW_TIME / (self.launch * h))
 
     def build_twin(self, values: Vector) -> Twin:
         """Return the twin with these values in use."""

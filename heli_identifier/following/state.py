@@ -23,7 +23,6 @@ REASONS = {
     "better": ("adopted", f"{_AHEAD} have been better with the change than without it over the last window"),
     "not better": ("held", f"{_AHEAD} were not better with the change than without it over the last window"),
     "undetermined": ("held", "the motion since the alarm does not determine the change; more excitation is needed"),
-    "cut": ("held", "the stream stopped while the change was on trial"),
     "off": ("held", "corrections are switched off"),
     "worse": ("rolled back", f"{_AHEAD} are worse than with the values before the change"),
     "worse than alone": (
@@ -89,8 +88,9 @@ class Event(NamedTuple):
 class CorrectorState(NamedTuple):
     """State of the following twin between two samples.
 
-    ``samples`` so far, and the number of instants without one that are ``waiting`` for the next sample; ``mode``, and
-    the sample at which it began (``mode_since``); ``settled_at``: sample from which innovations count. ``twin`` in use,
+    ``samples`` so far, and the number of instants without one that are ``waiting`` for the next sample; ``mode``, the
+    sample at which it began (``mode_since``), and whether it is ``suspended`` because the stream has stopped or an
+    encoder is at fault; ``settled_at``: sample from which innovations count. ``twin`` in use,
     standard ``errors`` of adopted values, and the sample at which the twin last changed (``changed_at``); ``rival``:
     none or one twin that is compared with it. ``blocks``: the last ones; ``tested``: D^T u and D^T W D of every change
     (:mod:`.evidence`) in the blocks of the CUSUMs; ``alarm``: the largest CUSUM over its threshold; ``run``: number of
@@ -113,6 +113,7 @@ class CorrectorState(NamedTuple):
     rival: tuple[Twin, ...] = ()
     mode: str = "starting"
     mode_since: int = 0
+    suspended: bool = False
     blocks: tuple[Block, ...] = ()
     tested: tuple[tuple[Projection, ...], ...] = ()
     alarm: float = 0.0
@@ -124,6 +125,11 @@ class CorrectorState(NamedTuple):
     def instants(self) -> int:
         """Instants that have passed, with a sample or without one."""
         return self.samples + self.waiting
+
+    @property
+    def shown_mode(self) -> str:
+        """The mode as people see it, one of :data:`MODES`."""
+        return "suspended" if self.suspended else self.mode
 
     @property
     def noise(self) -> Vector:

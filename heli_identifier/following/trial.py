@@ -44,10 +44,10 @@ _LEAST_BLOCKS = 5  # blocks that are needed after them
 
 def judge_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Return the state after a complete block."""
-    if state.mode == "starting" and state.is_noise_known:
-        return state.enter("following")
-    if state.mode in ("starting", "suspended"):
+    if state.suspended:
         return state
+    if state.mode == "starting":
+        return state.enter("following") if state.is_noise_known else state
     if state.mode == "following":
         return look_for_change(*_update_cusums(state, plan), plan)
     if state.mode == "alarmed":

@@ -5,8 +5,6 @@ name: ``listening`` (a rig), ``sources`` (a log in its place), ``session`` (a tw
 """
 
 from .align import Clock as Clock
-from .datagrams import USUAL_LAYOUT as USUAL_LAYOUT
 from .datagrams import Datagram as Datagram
 from .datagrams import Port as Port
 from .datagrams import read_address as read_address
-from .datagrams import read_layout as read_layout

@@ -7,8 +7,6 @@ rig's time, until they are released. Counted are samples that are
 * ``late``: they came after a later one had been released; they are not used.
 * ``duplicated``: they came before.
 * ``lost``: they had not come when a later one was released. If they still come, they are late and not lost.
-* ``unclocked``: the rig's clock stood still or stepped back. From then on times follow from numbers, as a clock of
-  coarse resolution stands still again and again.
 * ``stray``: their time was more than :data:`JUMP` from the newest one, and the next sample did not continue it, so
   that it was damaged. If the next sample does continue it, the stream paused (up to :data:`LONGEST_GAP`), or the
   sender started again (``restarted``), and the order begins again.
@@ -40,15 +38,13 @@ LASTING = 1.0  # the clock is set again when every sample of so long came in lat
 LONGEST_GAP = 60.0  # longest pause that is bridged by the rig's clock; after a longer one the order begins again [s]
 RECENT = 256  # number of released samples among which a duplicate is found
 _AGE_TOLERANCE = 0.01  # share of an interval by which an age may fall short of it: times since 1970 are rounded
-_STANDSTILL = 1e-6  # a clock that moves by less stands still [s]: times since 1970 are rounded
 
 
 class Order:
     """Samples that are ``waiting``, sorted by time, and ``counts`` by the words above and of those ``received``.
 
     ``sample_time``: sampling interval of the rig [s]. ``last``: the sample released last; ``newest``: the one with the
-    largest time; ``stray``: one far from it, which needs a second one; ``recent``: times of the last released samples;
-    ``shift``: correction of the rig's clock, which stood still or stepped back (``is_clock_coarse``) [s].
+    largest time; ``stray``: one far from it, which needs a second one; ``recent``: times of the last released samples.
     """
 
     def __init__(self, sample_time: float) -> None:
@@ -61,12 +57,6 @@ class Order:
         self.newest: Datagram | None = None
         self.stray: Datagram | None = None
         self.recent: deque[float] = deque(maxlen=RECENT)
-        self.shift, self.is_clock_coarse = 0.0, False
-
-    def restart(self) -> None:
-        """Begin again for a rig that started again; samples that waited are dropped, as their age is unknown."""
-        self.counts["restarted"] += 1
-        self._reset()
 
     def take(self, sample: Datagram, arrived: float) -> None:
         """Add a sample.
@@ -77,19 +67,10 @@ class Order:
         if isnan(sample.time):
             sample = sample._replace(time=arrived if sample.number < 0 else sample.number * self.sample_time)
         newest, stray, counts = self.newest, self.stray, self.counts
-        sample = sample._replace(time=sample.time + self.shift)
         if newest is None or -JUMP <= sample.time - newest.time <= JUMP:
             if stray is not None:  # this sample does not continue it
                 self.stray = None
                 counts["stray"] += 1
-            if newest is not None and min(newest.number, sample.number) >= 0:
-                stands = newest.number < sample.number and sample.time <= newest.time + _STANDSTILL
-                counts["unclocked"] += stands
-                self.is_clock_coarse |= stands
-                time = newest.time + (sample.number - newest.number) * self.sample_time
-                if stands or (self.is_clock_coarse and abs(time - sample.time) <= JUMP):
-                    self.shift += time - sample.time
-                    sample = sample._replace(time=time)
             self._insert(sample)
         elif stray is None or not 0.0 < sample.time - stray.time <= JUMP:
             if stray is not None:
@@ -97,7 +78,8 @@ class Order:
             self.stray = sample
         else:
             if not 0.0 < stray.time - newest.time <= LONGEST_GAP:
-                self.restart()
+                counts["restarted"] += 1
+                self._reset()  # samples that waited are dropped, as their age is unknown
             self.stray = None
             self._insert(stray)
             self._insert(sample)

@@ -1,6 +1,6 @@
 """A rig that sends by UDP: its samples are put in order, recorded, and placed at uniform instants.
 
-The first samples wait until the unit of the rig's clock and its rate have been found from them.
+The first samples wait until they have shown whether the rig's clock can be used, and the rate.
 """
 
 from collections.abc import Callable, Iterator
@@ -11,7 +11,7 @@ from statistics import median_low
 from time import monotonic
 from typing import NamedTuple
 
-from heli_identifier.errors import ConfigurationError
+from heli_identifier.errors import refuse
 from heli_identifier.following import Sample
 from heli_identifier.live.align import Grid, Order
 from heli_identifier.live.datagrams import SIGNALS, Datagram, Port
@@ -30,63 +30,25 @@ RATES = (50.0, 2000.0)
 WAIT = 0.05
 """The longest that a caller waits for the next instant or for None [s]."""
 
-_ENOUGH, _ENOUGH_STUCK = 10, 50  # samples from which clock and rate are found; if the clock does not tell them apart
+_ENOUGH = 10  # samples from which clock and rate are found
 _USUAL_RATES = (50.0, 100.0, 125.0, 200.0, 250.0, 400.0, 500.0, 1000.0, 2000.0)  # [Hz]
 _SHORTEST_STEP = 1e-100  # [s] a shorter step has no rate
-_LARGEST_PACE = 0.03  # time by this computer over time by the rig's clock; more is no clock in milliseconds
 _LARGEST_READ = 4096  # datagrams that are read at once
-_CLOCKS = {1e-3: "milliseconds", 1e-6: "microseconds", 1e-9: "nanoseconds"}
+_UNCLEAR = "the rig sends no clock that tells its samples apart"
 
 Keep = Callable[[float, tuple[float, ...]], None]
 """Takes the time [s] and the signals of every sample, in order."""
 
 
 class Status(NamedTuple):
-    """State of a stream in words: one ``line`` about it, the ``faults`` of samples, ``notes`` on clock and sender.
+    """State of a stream in words: one ``line`` about it, and the ``faults`` of its clock and samples.
 
-    ``silent``: nothing has come in for long; ``lost``: why nothing more can come in. All are empty for a log.
+    ``silent``: nothing has come in for long. All are empty for a log.
     """
 
     line: str = ""
     faults: str = ""
-    notes: tuple[str, ...] = ()
     silent: bool = False
-    lost: str = ""
-
-
-class RigClock:
-    """Clock and rate of a rig, found from its first ``samples`` and the times at which they came in [s].
-
-    ``rate`` [Hz], found if it is not given; ``unit`` of the clock [s]; ``notes`` about it in words. If samples have
-    neither numbers nor a clock that moves, they are counted as they come in.
-    """
-
-    def __init__(self, samples: list[tuple[Datagram, float]], rate: float | None) -> None:
-        distinct = {(one.number if one.number >= 0 else -k, one.time) for k, (one, _) in enumerate(samples, 1)}
-        times = sorted([time for _, time in distinct if not isnan(time)])
-        (first, begin), (last, end) = samples[0], samples[-1]
-        self.notes: list[str] = []
-        self.unit, moves = find_unit(times, end - begin), clock_moves([one for one, _ in samples])
-        if self.unit in _CLOCKS:
-            self.notes.append(f"the rig's clock counts {_CLOCKS[self.unit]}, which are read as such")
-        if rate is None and moves:
-            rate = find_rate([self.unit * time for time in times])
-        elif rate is None:  # the usual rate that is nearest to that at which samples come in
-            steps = last.number - first.number if last.number > first.number >= 0 else max(len(samples) - 1, 1)
-            rate = min(_USUAL_RATES, key=lambda rate: abs(rate * (end - begin) / steps - 1.0))
-            self.notes.append(f"the rate is taken for {rate:g} Hz; name it with --rate if it is another")
-        self.rate, self._has_stamps = rate, moves or first.number >= 0
-        if times and not self._has_stamps:
-            self.notes.append("the rig's clock stands still; samples are counted as they come in")
-        self._counted, self._counted_at = 0, begin
-
-    def stamp(self, datagram: Datagram, arrived: float) -> Datagram:
-        """Return a sample with its time in seconds, or with its number by the count when it ``arrived`` [s]."""
-        if self._has_stamps:
-            return datagram._replace(time=datagram.time * self.unit)
-        pause, self._counted_at = arrived - self._counted_at, arrived  # the count goes on in a pause
-        self._counted += 1 if pause < SILENCE else max(round(pause * self.rate), 1)
-        return datagram._replace(number=self._counted, time=nan)
 
 
 class Listening:
@@ -99,22 +61,19 @@ class Listening:
     def __init__(self, port: Port, rate: float | None, format: LogFormat) -> None:
         if rate is not None:
             _check_rate(rate)
-        elif "time" not in port.layout.names:
-            raise ConfigurationError("this layout holds no time: give the rig's sampling rate with --rate.")
         self.port, self.rate, self.format = port, rate, format
         units = {name: parse_unit(name, unit) for name, unit in format.units.items()}
-        rig = {name: factor_to_si(name, unit, format.counts_per_turn(name)) for name, unit in units.items() if unit}
-        # a unit in the layout outranks that of the rig
-        factors = {name: rig.get(name, 1.0) if k is None else k for name, k in port.layout.factors.items()}
-        port.layout = port.layout._replace(factors=factors)
-        self.clock: RigClock | None = None  # until enough samples have come in
-        self.unread: list[tuple[Datagram, float]] = []  # samples that are not in order yet, and when they came in [s]
+        port.factors = {
+            name: factor_to_si(name, unit, format.counts_per_turn(name)) for name, unit in units.items() if unit
+        }
+        self.uses_clock: bool | None = None  # the rig's, None until enough samples have come in
+        self.unread: list[Datagram] = []  # samples that are not in order yet
+        self.counted = 0  # samples that came in, for a rig that sends neither clock nor numbers
         self.order = Order(self.sample_time)
         self.grid: Grid | None = None
         self.heard_at = self.read_at = monotonic()  # of the last datagram, and of the last reading of the port
         self.last = Sample(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         self.silent_from = -1  # last instant before the silence
-        self.elections = 0
 
     @property
     def sample_time(self) -> float:
@@ -125,9 +84,6 @@ class Listening:
     def status(self) -> Status:
         """State of the stream in words."""
         port, counts, silence = self.port, self.order.counts, monotonic() - self.heard_at
-        notes = [*(self.clock.notes if self.clock else ()), *([port.note] if port.elections > 1 else [])]
-        if counts["unclocked"]:
-            notes.append("the rig's clock stands still or steps back; its sequence numbers are used")
         wrong_samples = {
             "were lost": counts["lost"],
             "came too late": counts["late"],
@@ -138,26 +94,25 @@ class Listening:
             "datagrams came from others": port.foreign,
             "starts of the rig": counts["restarted"] + 1 if counts["restarted"] else 0,
         }
-        faults = ", ".join(f"{number} {what}" for what, number in wrong_samples.items() if number)
-        received = counts["received"]
-        faults = f"of {received + counts['lost']} samples {faults}" if faults else ""
-        if port.sender is None:
-            refused = f"; {port.refused} datagrams refused: {port.reason}" if port.refused else ""
-            notes += [port.lost] if port.lost else []
-            return Status(f"waiting for the rig{refused}", faults, tuple(notes), silence > SILENCE, port.lost)
-        sender = port.sender[0] if port.sender[1] < 0 else f"{port.sender[0]}:{port.sender[1]}"
-        texts = [f"{sender}: {faults or f'{received} samples'}", *notes]
-        if silence > SILENCE:
-            texts.append(f"nothing for {silence:.1f} s")
-        return Status("; ".join(texts), faults, tuple(notes), silence > SILENCE)
+        wrong = ", ".join(f"{number} {what}" for what, number in wrong_samples.items() if number)
+        received, texts = counts["received"], [f"{_UNCLEAR}; they are counted"] if self.uses_clock is False else []
+        texts += [f"of {received + counts['lost']} samples {wrong}"] if wrong else []
+        faults, silent = "; ".join(texts), silence > SILENCE
+        if received:
+            line = f"{port.sender}: {faults or f'{received} samples'}"
+            line += f"; nothing for {silence:.1f} s" if silent else ""
+        else:
+            line = "waiting for the rig"
+            line += f"; {port.refused} datagrams refused: {port.reason}" if port.refused else ""
+        return Status(line, faults, silent)
 
     def instants(self, keep: Keep, stopped: Callable[[], bool]) -> Iterator[Sample | None]:
-        """Yield the sample of each instant until the flight has ``stopped`` or the port is lost; ``keep`` all samples.
+        """Yield the sample of each instant until the flight has ``stopped``; ``keep`` all samples.
 
         A sample has ``fresh`` 0 if none came in for its instant. None is yielded while no instant is due. A rate out
         of range is a ConfigurationError.
         """
-        while not stopped() and not self.port.lost:
+        while not stopped():
             select([self.port], [], [], WAIT)
             self._read()
             silent = self.read_at - self.heard_at > OVERTAKEN
@@ -166,7 +121,6 @@ class Listening:
                 yield None  # the caller can write what came in before the twin computes
             yield from (sample for sample in (*samples, *self._pass_instants()) if not stopped())
             yield None
-        self._sort(1)
         self._place(0.0, keep)
 
     def _read(self) -> None:
@@ -174,32 +128,34 @@ class Listening:
         self.read_at = monotonic()
         for datagram in self.port.receive(_LARGEST_READ):
             self.heard_at = monotonic()
-            if self.port.elections > self.elections:  # another sender has another clock
-                if self.elections:
-                    self.order.restart()
-                self.elections, self.clock, self.unread = self.port.elections, None, []
-            self.unread.append((datagram, self.heard_at))
-        moves = clock_moves([datagram for datagram, _ in self.unread])
-        self._sort(_ENOUGH if moves or self.rate else _ENOUGH_STUCK)
-        if self.clock is not None:
-            _check_rate(self.clock.rate)
-
-    def _sort(self, enough: int) -> None:
-        """Put the samples in order by the rig's clock, which is found from ``enough`` of them."""
-        if self.clock is None:
-            if len(self.unread) < enough:
+            self.unread.append(datagram)
+        if self.uses_clock is None:
+            if len(self.unread) < _ENOUGH:
                 return
-            self.clock = RigClock(self.unread, self.rate)
-            self.rate = self.clock.rate
-            self.order.sample_time = self.sample_time
-        for datagram, arrived in self.unread:
-            self.order.take(self.clock.stamp(datagram, arrived), arrived)
+            self._find_clock()
+        for datagram in self.unread:
+            self.counted += 1
+            if not self.uses_clock:
+                number = datagram.number if datagram.number >= 0 else self.counted
+                datagram = datagram._replace(number=number, time=nan)
+            self.order.take(datagram, self.heard_at)
         self.unread = []
+
+    def _find_clock(self) -> None:
+        """Find from the first samples whether the rig's clock tells them apart, and the rate if it was not given."""
+        stamps = {(one.number, one.time) for one in self.unread if not isnan(one.time)}
+        times = sorted({time for _, time in stamps})
+        self.uses_clock = len(times) == len(stamps) > 1
+        refuse(self.rate is None and not self.uses_clock, f"{_UNCLEAR}; give its sampling rate with --rate.")
+        if self.rate is None:
+            self.rate = find_rate(times)
+            _check_rate(self.rate)
+            self.order.sample_time = self.sample_time
 
     def _place(self, age: float, keep: Keep) -> list[Sample]:
         """Record the samples older than the newest by this ``age`` [s]; return the samples of all instants so far."""
         placed: list[Sample] = []
-        if self.clock is None or self.order.newest is None:
+        if self.order.newest is None:
             return placed
         is_new_start = self.grid is not None and self.order.last is None
         limit = self.format.voltage_limit if self.format.clip else inf
@@ -208,7 +164,7 @@ class Listening:
             before = grid.tick
             if is_new_start:
                 # The rig was away for an unknown time; the pause is long enough for the twin to notice.
-                number = grid.resume(sample, 1 if grid.silent else round(SILENCE * self.clock.rate) + 2)
+                number = grid.resume(sample, 1 if grid.silent else round(SILENCE / self.sample_time) + 2)
             else:
                 number = grid.place(sample)
             is_new_start = False
@@ -237,18 +193,12 @@ class Listening:
         return [self.last._replace(fresh=0.0)] * count
 
 
-def clock_moves(datagrams: list[Datagram]) -> bool:
-    """Return whether the rig's clock tells all samples apart; one that does not says little about their rate."""
-    distinct = {(one.number, one.time) for one in datagrams if not isnan(one.time)}
-    return len({time for _, time in distinct}) == len(distinct) > 1
-
-
 def find_rate(times: list[float]) -> float:
     """Return the rate [Hz] of samples at ``times``, in order [s]: a usual one within a percent, or a whole number.
 
     The median step says how many samples are missing between two times.
     """
-    step = max(_median_step(times), _SHORTEST_STEP)
+    step = max(median_low([after - before for before, after in pairwise(times)]), _SHORTEST_STEP)
     rate = sum(round((after - before) / step) for before, after in pairwise(times)) / (times[-1] - times[0])
     nearest = min(_USUAL_RATES, key=lambda usual: abs(rate / usual - 1.0))
     if abs(rate / nearest - 1.0) < 0.01:
@@ -257,26 +207,8 @@ def find_rate(times: list[float]) -> float:
     return whole if abs(rate - whole) < 1e-3 * rate else rate
 
 
-def find_unit(times: list[float], seconds: float) -> float:
-    """Return the unit of a rig's clock [s]: 1, or a thousandth, millionth or billionth.
-
-    It is less than 1 only if the ``times``, in order, then have a rate that is followed, and if they came in within far
-    fewer ``seconds``.
-    """
-    step = _median_step(times) if len(times) > 1 else 0.0
-    for unit in (1e-3, 1e-6, 1e-9):
-        if step > 0.0 and RATES[0] <= 1.001 / (step * unit) and 0.999 / (step * unit) <= RATES[1]:
-            return unit if seconds < _LARGEST_PACE * (times[-1] - times[0]) else 1.0
-    return 1.0
-
-
-def _median_step(times: list[float]) -> float:
-    return median_low([after - before for before, after in pairwise(times)])
-
-
 def _check_rate(rate: float) -> None:
     """Refuse a rate out of range: a ConfigurationError."""
-    if not RATES[0] * 0.999 <= rate <= RATES[1] * 1.001:
-        raise ConfigurationError(
-            f"the rig sends at {rate:.4g} Hz, {RATES[0]:g} to {RATES[1]:g} Hz are followed; change its sampling rate."
-        )
+    followed = f"the rig sends at {rate:.4g} Hz, {RATES[0]:g} to {RATES[1]:g} Hz are followed"
+    hint = "change its sampling rate, or state the unit of its clock under [log.units] of heli.toml."
+    refuse(not RATES[0] * 0.999 <= rate <= RATES[1] * 1.001, f"{followed}; {hint}")

@@ -15,7 +15,7 @@ from ipaddress import ip_address
 from socket import AF_INET, AF_INET6
 from threading import Thread
 from typing import Any
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import urlsplit
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.live.datagrams import read_address
@@ -55,28 +55,22 @@ class _Handler(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Answer with the page, its parts, or the view."""
-        request = urlsplit(self.path)
+        path = urlsplit(self.path).path
         if not self._names_this_host():
             self._send(421, "text/plain; charset=utf-8", b"this is not the host that was asked for\n")
-        elif request.path == "/view":
-            try:
-                after = float(parse_qs(request.query).get("after", ["-1"])[0])
-            except ValueError:
-                self._send(400, "text/plain; charset=utf-8", b"after is no time in seconds\n")
-            else:
-                self._send(200, "application/json", self._view(after))
-        elif request.path in _FILES:
-            name, kind = _FILES[request.path]
+        elif path == "/view":
+            self._send(200, "application/json", self._view())
+        elif path in _FILES:
+            name, kind = _FILES[path]
             self._send(200, kind, (files("heli_identifier.live") / "page" / name).read_bytes())
         else:
             self._send(404, "text/plain; charset=utf-8", b"there is no such page\n")
 
-    def _view(self, after: float) -> bytes:
-        """Return the view as JSON; its ``past`` begins after the time ``after`` [s], up to which the page has it."""
+    def _view(self) -> bytes:
+        """Return the view as JSON."""
         view = self.server.view
-        document = to_json_value({**view._asdict(), "stream": view.stream.line, "events": view.events[-_EVENTS_SHOWN:]})
-        document["past"] = [due for due in document["past"] if due["time"] > after]
-        return json.dumps({"title": self.server.title, **document}).encode()
+        shown = {"title": self.server.title, "stream": view.stream.line, "events": view.events[-_EVENTS_SHOWN:]}
+        return json.dumps(to_json_value({**view._asdict(), **shown})).encode()
 
     def _names_this_host(self) -> bool:
         """Return whether the request names this server's address; any other name was made to point here."""
@@ -103,11 +97,11 @@ def serve_page(address: str, title: str) -> Iterator[tuple[str, Show]]:
 
     An invalid address, one of many machines, and a port that is taken are a ConfigurationError.
     """
-    numeric = read_address(address, "--serve-at", 0)
+    numeric = read_address(address, "--serve", 0)
     try:
         server = _Server(numeric, title)
     except OSError as error:
-        raise ConfigurationError(f"--serve-at {address} cannot be served: {error.strerror}.") from error
+        raise ConfigurationError(f"--serve {address} cannot be served: {error.strerror}.") from error
     Thread(target=server.serve_forever, kwargs={"poll_interval": 0.2}, daemon=True).start()
     host = f"[{server.host}]" if ":" in server.host else server.host
 

@@ -1,6 +1,5 @@
 """A twin that follows, on the terminal."""
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -26,19 +25,6 @@ def show_screen(title: str) -> Iterator[Show]:
     console = Console(stderr=True, highlight=False)
     with Live(Text(title), console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False) as live:
         yield lambda view: live.update(draw_screen(title, view), refresh=True)
-
-
-def print_events() -> Show:
-    """Return a function that prints new events on the error stream, for use without a terminal."""
-    printed = 0
-
-    def show(view: View) -> None:
-        nonlocal printed
-        for event in view.events[printed:]:
-            print(event_line(event), file=sys.stderr, flush=True)
-        printed = len(view.events)
-
-    return show
 
 
 def draw_screen(title: str, view: View) -> Group:

@@ -106,13 +106,6 @@ class View(NamedTuple):
 Show = Callable[[View], None]
 
 
-def check_unused(folder: Path) -> None:
-    """Refuse a folder that holds an earlier flight or diagnosis: a ConfigurationError that names the file."""
-    for name in (RECORDED, PREDICTIONS, DIAGNOSED):
-        reason = "is there already and is not replaced, it holds what was recorded before; name another folder."
-        refuse(os.path.lexists(folder / name), f"{folder / name} {reason}")
-
-
 class Session:
     """A twin and the files of its flight, in a folder that must not hold an earlier recording.
 
@@ -127,7 +120,9 @@ class Session:
         self.declared = tuple(declared.get(axis) for axis in AXES)
         self.errors = {name: value.standard_error or 0.0 for name, value in parameters.values.items()}
         with write_whole_folder(folder):  # creates it
-            check_unused(folder)
+            for name in (RECORDED, PREDICTIONS, DIAGNOSED):
+                reason = "is there already and is not replaced, it holds what was recorded before; name another folder."
+                refuse(os.path.lexists(folder / name), f"{folder / name} {reason}")
         self.events: list[dict[str, Any]] = []  # as in their file
         self._write_events()
         angles = [f"{twin}{axis} [rad]" for twin in ("", "predicted.", "predicted_alone.") for axis in AXES]
@@ -138,7 +133,6 @@ class Session:
         self.past: deque[dict[str, Any]] = deque(maxlen=_PAST)
         self.last_time = 0.0  # of a sample [s]
         self._time = self._elevation = 0.0  # of the last step [s], [rad]
-        self._noted: set[str] = set()
 
     @property
     def time(self) -> float:
@@ -153,7 +147,7 @@ class Session:
     def run(self, source: Listening | Player, stopped: Callable[[], bool], show: Show) -> None:
         """Follow the samples of a ``source`` until it ends or the flight has ``stopped``; show five views a second.
 
-        Notes and faults of the stream become events.
+        The faults of the stream become an event at the end.
         """
         written = shown = monotonic()
         for sample in source.instants(self.keep, stopped):
@@ -223,18 +217,14 @@ class Session:
         self.predictions.close()
 
     def view(self, stream: Status) -> View:
-        """Return the view of the flight; new notes of the ``stream`` become events first."""
-        for note in stream.notes:
-            if note not in self._noted:
-                self._noted.add(note)
-                self.add_event(Event(self.time, "stream", why=note))
+        """Return the view of the flight."""
         view = View(stream=stream, events=tuple(self.events), declared=self.declared)
         if self.twin is None or self._time == 0.0:
             return view
         plan, now = self.twin
         return view._replace(
             time=self.time,
-            mode=now.mode,
+            mode=now.shown_mode,
             alarm=now.alarm,
             suspect=plan.changes[now.finding.change].name if now.finding.change >= 0 else "",
             past=tuple(self.past),

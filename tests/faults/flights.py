@@ -1,4 +1,4 @@
-"""Faults of `heli follow` and `heli stream`: addresses, layouts, and folders that hold an earlier flight."""
+"""Faults of `heli follow` and `heli stream`: addresses, and folders that hold an earlier flight."""
 
 from tests.faults.case import Fault
 from tests.faults.material import good, parameters
@@ -6,10 +6,7 @@ from tests.faults.outputs import beside, inside
 
 FOLLOW = "heli follow -p parameters.json"
 INTO = f"{FOLLOW} -o out"
-PLAY = f"{INTO} log.csv --speed 0"
-LISTEN = f"{INTO} --listen 127.0.0.1:0"
-STREAM = "heli stream log.csv --address 127.0.0.1:9"
-MANY = "- " * 10_000 + "time v_front v_rear pitch elevation travel"
+PLAY = f"{INTO} log.csv"
 
 FLIGHTS = (
     Fault("neither a log nor a rig", parameters(), FOLLOW, "one of the two"),
@@ -19,14 +16,10 @@ FLIGHTS = (
     Fault("an address of another machine to listen on", parameters(), f"{FOLLOW} --listen 192.0.2.1:25000", "192.0.2.1:25000 cannot be listened on"),
     Fault("all networks to listen on", parameters(), f"{FOLLOW} --listen 0.0.0.0:25000", "stands for many machines or networks"),
     Fault("a name to listen on", parameters(), f"{FOLLOW} --listen lab:25000", "must be a numeric address"),
-    Fault("a layout without a signal", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --layout 'time pitch elevation travel'", "lacks v_front, v_rear"),
-    Fault("a layout without time and no rate", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --layout 'v_front v_rear pitch elevation travel'", "give the rig's sampling rate with --rate"),
-    Fault("a page where nothing can be served", parameters(), f"{FOLLOW} log.csv --serve --serve-at 192.0.2.1:8042", "192.0.2.1:8042 cannot be served"),
+    Fault("a page where nothing can be served", parameters(), f"{FOLLOW} log.csv --serve 192.0.2.1:8042", "192.0.2.1:8042 cannot be served"),
     Fault("a rate out of range", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --rate 10", "50 to 2000 Hz are"),
-    Fault("a layout that no datagram holds", parameters(), f"{LISTEN} --layout '{MANY}'", "a datagram holds 8188 at most"),
-    Fault("the place of a page that is not served", parameters(), f"{PLAY} --serve-at 127.0.0.1:8043", "--serve-at says where --serve shows the twin; add --serve."),
     Fault("the plant's parameters for the controller", parameters(), f"{PLAY} --controller parameters.json", "those of the PidController are needed"),
-    Fault("the twin's parameters in the folder of the flight", inside("parameters.json"), "heli follow log.csv --speed 0 -p out/parameters.json -o out", "out/parameters.json lies in the folder of the flight"),
+    Fault("the twin's parameters in the folder of the flight", inside("parameters.json"), "heli follow log.csv -p out/parameters.json -o out", "out/parameters.json lies in the folder of the flight"),
     Fault("a folder where the flight's events go", beside(lambda out: (out / "events.json").mkdir()), PLAY, "events.json: Is a directory"),
     Fault("a link to nowhere where the recording goes", beside(lambda out: (out / "recorded.csv").symlink_to("/proc/none/x")), PLAY, "out/recorded.csv is there already"),
     Fault("a flight from behind the log's end", parameters(), f"{PLAY} --from 1e6", "nothing lies between start = 1e+06 s and end"),
@@ -34,10 +27,7 @@ FLIGHTS = (
 
 STREAMS = (
     Fault("a stream to everybody", good, "heli stream log.csv --address 255.255.255.255:9", "stands for many machines or networks"),
-    Fault("a layout of JSON and a double", good, f"{STREAM} --layout 'json time'", "'json' is unknown"),
-    Fault("a stream that says so on a full disk", good, f"{STREAM} --speed 1000 >/dev/full", "standard output cannot be written: No space left on device", shell=True),
-    Fault("a layout with a name twice", good, f"{STREAM} --layout 'time time v_front v_rear pitch elevation travel'", "'time' stands there twice"),
-    Fault("a layout in a unit that is not known", good, f"{STREAM} --layout 'time v_front v_rear pitch[grad] elevation travel'", "'pitch[grad]' is unknown"),
+    Fault("a stream that says so on a full disk", good, "heli stream log.csv --address 127.0.0.1:9 --speed 1000 >/dev/full", "standard output cannot be written: No space left on device", shell=True),
 )  # fmt: skip
 
 SECTIONS = {"Flights": FLIGHTS, "Streams of a rig": STREAMS}

@@ -4,7 +4,7 @@ const SPAN = 60, GAP = 0.5; // seconds that are drawn; without data for longer a
 const AXES = ["pitch", "elevation", "travel"];
 const SVG = "http://www.w3.org/2000/svg";
 const WIDTH = 560, HEIGHT = 130, LEFT = 52, BOTTOM = 18;
-const points = [];
+let points = [];
 let marks = []; // events
 let declared = [null, null, null];
 const byId = (id) => document.getElementById(id);
@@ -125,9 +125,7 @@ function showEvents(list) {
 }
 
 function showView(view) {
-  if (points.length && points[points.length - 1].time > view.time) points.length = 0; // another flight
-  points.push(...view.past);
-  while (points.length && points[0].time < view.time - SPAN) points.shift();
+  points = view.past;
   byId("title").textContent = view.title;
   byId("stream").textContent = view.stream;
   byId("notice").textContent = view.notice;
@@ -144,8 +142,7 @@ function showView(view) {
 
 async function requestView() {
   try {
-    const after = points.length ? points[points.length - 1].time : -1;
-    showView(await (await fetch(`view?after=${after}`)).json());
+    showView(await (await fetch("view")).json());
   } catch {
     byId("stream").textContent = "heli follow does not answer: the flight has ended. What is shown stays until this page is closed.";
   }
