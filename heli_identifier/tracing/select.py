@@ -13,6 +13,7 @@ its score is the loss of the likelihood without all its members.
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from math import inf
 
 from .fit import Fit, fit
 from .likelihood import Point
@@ -77,13 +78,16 @@ class Selection:
 
 def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) -> Selection:
     """Search the candidates beside the model before, ``null``, from a ``start`` that may have effects or curves."""
-    fitted, barred = start or null, set[str]()
+    form, left, needless, least = Scores(start or null, candidates), set[str](), set[str](), inf
     while True:
-        form = Scores(fitted, candidates)
         selected = form.selected
-        chosen = stepwise(form, selected, barred)
-        barred |= set(selected) - set(chosen)
-        if set(chosen) == set(selected) and (chosen := _prefer_simpler(form, selected, barred)) == selected:
+        chosen = stepwise(form, selected, left | needless)
+        worth = form.fitted.value + sum(map(form.entry_score, selected))
+        if left and set(chosen) == set(selected) and worth < least:
+            least, left = worth, set()
+            chosen = stepwise(form, selected, needless)
+        left |= set(selected) - set(chosen)
+        if set(chosen) == set(selected) and (chosen := _prefer_simpler(form, selected, needless)) == selected:
             findings = list[Finding]()
             for finding in _weigh_effects(form, null):
                 if _is_needless(form, finding):
@@ -91,9 +95,9 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) ->
                 findings.append(finding)
             else:
                 break
-            barred.add(finding.effect.field)
+            needless.add(finding.effect.field)
             chosen = [name for name in selected if name != finding.effect.field]
-        fitted = _fit_entered(form, chosen)
+        form = Scores(_fit_entered(form, chosen), candidates)
     findings.sort(key=lambda f: -f.stated_score)
     return Selection(null, form.fitted, tuple(findings), form.scores(form.selected), form)
 
