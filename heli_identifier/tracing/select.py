@@ -2,12 +2,13 @@
 
 An effect enters the model at a score of :data:`.settings.KEPT` nats, the largest first, and leaves it below; when the
 set no longer changes, the model is refitted and the catalogue is scored again around that fit, until the set does not
-change there either. An effect that has left does not enter again. Effects of the fit leave before others enter, or one
-round later: two laws that bend one curve, such as a dead zone and a quadratic thrust, seem to replace each other until
-both are fitted. If the data do not tell laws of one family apart, the one with the fewest shapes is taken. An effect
-with a score of :data:`.settings.NAMED` is established if a refit without it loses as much: the quadratic form of a law
-with corners, such as a dead zone, predicts five times the loss of the refit. Effects of one family are one finding, and
-its score is the loss of the likelihood without all its members.
+change there either. An effect that has left enters again only when the set has come to rest at a higher likelihood than
+it had before, so that the search ends. Effects of the fit leave before others enter, or one round later: two laws that
+bend one curve, such as a dead zone and a quadratic thrust, seem to replace each other until both are fitted. If the
+data do not tell laws of one family apart, the one with the fewest shapes is taken. An effect with a score of
+:data:`.settings.NAMED` is established if a refit without it loses as much: the quadratic form of a law with corners,
+such as a dead zone, predicts five times the loss of the refit. Effects of one family are one finding, and its score is
+the loss of the likelihood without all its members.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -223,7 +224,7 @@ def _weigh_effects(form: Scores, null: Fit) -> Iterator[Finding]:
 def stepwise(form: Scores, start: Sequence[str], barred: Collection[str] = ()) -> list[str]:
     """Let effects leave, then let others enter that are not ``barred``, until the set does not change.
 
-    An effect that left does not enter again. After the first entry only effects that entered may leave. If a new effect
+    An effect that left does not enter again here. After the first entry only effects that entered may leave. If a new effect
     makes one of the fit needless, a fit of both decides: the quadratic form predicts such an exchange badly.
     """
     selected, entered, left = list(start), list[str](), set(barred)
