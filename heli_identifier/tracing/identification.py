@@ -254,16 +254,22 @@ def _refuse_scaled(fitted: Fit, defects: Sequence[Defect]) -> None:
 def _weigh_possible(selection: Selection) -> tuple[dict[str, float], list[str]]:
     """Gain on left-out logs of every possible effect, and the effects that the plant does not take.
 
-    The plant never takes a torque that steps at one instant, as it repeats in no other flight, or a law whose shape
-    lies at the end of its range, as something else is more likely. These have no gain.
+    They leave one at a time, the one with the lowest gain first, because some help only beside each other. The plant
+    never takes a torque that steps at one instant, as it repeats in no other flight, or a law whose shape lies at the
+    end of its range, as something else is more likely. These have no gain.
     """
-    kept = [f.effect.field for f in selection.findings if f.established or f.effect.fault]
-    gains, dropped = dict[str, float](), list[str]()
-    for finding in (f for f in selection.findings if not f.established and f.effect.fault is None):
-        field = finding.effect.field
-        if not (finding.effect.steps_in_time or finding.shape_at_bound):
-            gains[field] = left_out_gain(selection.form, kept, field)
-        (kept if gains.get(field, 0.0) > 0.0 else dropped).append(field)
+    possible = [f for f in selection.findings if not f.established and f.effect.fault is None]
+    dropped = [f.effect.field for f in possible if f.effect.steps_in_time or f.shape_at_bound]
+    judged, gains = [f.effect.field for f in possible if f.effect.field not in dropped], dict[str, float]()
+    while judged:
+        kept = [name for name in selection.form.selected if name not in dropped]
+        for name in judged:
+            gains[name] = left_out_gain(selection.form, [other for other in kept if other != name], name)
+        worst = min(judged, key=lambda name: gains[name])
+        if gains[worst] > 0.0:
+            break
+        judged.remove(worst)
+        dropped.append(worst)
     return gains, dropped
 
 
