@@ -174,7 +174,7 @@ def _play_log(
     ((log,), rig) = args.read_logs_of_rig([path], config, start, end)
     limit, _ = records.highest_voltage([log], rig.format.voltage_limit)
     with results.play_log(log) as values:
-        values |= {"identifier.sample.time": log.step, "corrector.sample.time": log.step}
+        values |= {"identifier.sample.time": log.step, "corrector.sample.time": max(log.step, 0.01)}
         values["identifier.motor.voltage_limit"] = limit
         yield log, {name: value for name, value in values.items() if name.partition(".")[0] in units}
 
