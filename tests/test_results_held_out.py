@@ -295,6 +295,6 @@ def test_errors_of_stretches_are_as_far_apart_in_a_log_of_another_rate():
 def test_voltages_ahead_of_a_filter_are_no_larger_than_the_amplifiers_give():
     steps = 4.0 * np.sign(np.sin(np.arange(600.0)))[:, None] * np.ones(2)
     log = Log("stepped", 100.0, steps, np.zeros((600, 3)))
-    low_pass = next(fault for fault in FAULTS if fault.name == "low_pass")
+    low_pass = next(fault for fault in FAULTS if fault.name == "low pass")
     undone = undo_in_log({low_pass: 0.05}, log, 5.0)  # v + .05 s v' would be 44 V, which Log refuses
     assert np.abs(undone.voltages).max() == 5.0
