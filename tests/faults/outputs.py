@@ -72,7 +72,7 @@ PLACES = (
 # a loop that waits for a sign of the run ends with the run, too
 WAIT = 'while [ -z "$(ls -A $TMPDIR)" ] && kill -0 $p; do sleep .05; done; sleep .3'
 LONG = "heli simulate closed_loop -d 100000 >/dev/null 2>&1 & p=$!"
-MASTERS = "pgrep -f 'master.process .*'$TMPDIR"
+MASTERS = "pgrep -f 'heli_identifier.processes .*'$TMPDIR"
 # on a loaded machine a process that has been told to end may need seconds to be gone
 # Until the interpreter has started, Ctrl-C ends it with its own words. It ignores SIGPIPE from its beginning on, and
 # `heli` gives SIGINT back to the system until a command catches SIGTERM as well; a loaded machine takes its time to it.
