@@ -62,24 +62,24 @@ for _comparison in (operator.lt, operator.le, operator.gt, operator.ge):
     setattr(Dual, f"__{_comparison.__name__}__", lambda a, b, compare=_comparison: compare(a.value, _to_dual(b).value))
 
 
-SLOPES: dict[Callable[..., Any], Callable[[Any, Any, Any], Any]] = {
-    math.sin: lambda x, y, m: m.cos(x),
-    math.cos: lambda x, y, m: -m.sin(x),
-    math.tan: lambda x, y, m: 1.0 + y * y,
-    math.tanh: lambda x, y, m: 1.0 - y * y,
-    math.exp: lambda x, y, m: y,
-    math.log: lambda x, y, m: 1.0 / x,
-    math.sqrt: lambda x, y, m: 0.5 / y,
+_SLOPES: dict[Callable[..., Any], Callable[[float, float], float]] = {
+    math.sin: lambda x, y: math.cos(x),
+    math.cos: lambda x, y: -math.sin(x),
+    math.tan: lambda x, y: 1.0 + y * y,
+    math.tanh: lambda x, y: 1.0 - y * y,
+    math.exp: lambda x, y: y,
+    math.log: lambda x, y: 1.0 / x,
+    math.sqrt: lambda x, y: 0.5 / y,
 }
-"""Slopes of functions of :mod:`math`, computed from argument, value and the module math."""
+"""Slopes of functions of :mod:`math`, from argument and value."""
 
 
 def _apply(function: Callable[[float], float], x: Any) -> Any:
-    """Return a function of :data:`SLOPES` at a float or a dual."""
+    """Return a function of :data:`_SLOPES` at a float or a dual."""
     if not isinstance(x, Dual):
         return function(x)
     value = function(x.value)
-    return Dual(value, SLOPES[function](x.value, value, math) * x.slope)
+    return Dual(value, _SLOPES[function](x.value, value) * x.slope)
 
 
 @cache
@@ -88,7 +88,7 @@ def with_duals(function: FunctionType) -> FunctionType:
     names = dict(function.__globals__)
     for name in function.__code__.co_names:
         called = names.get(name)
-        if called in SLOPES.keys():
+        if called in _SLOPES.keys():
             names[name] = partial(_apply, called)
         elif isinstance(called, FunctionType) and called.__module__.partition(".")[0] == __package__:
             names[name] = with_duals(called)
