@@ -23,7 +23,6 @@ from scipy.optimize import root
 
 from heli_identifier.errors import ConfigurationError, refuse, require_range
 from heli_identifier.results import PlantSource, to_plant
-from heli_identifier.signatures import check_types
 from heli_plant.dual import seed_duals, slopes, with_duals
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.laws import motor_input, motor_time_constant, switched_on, thrust_voltages
@@ -73,7 +72,6 @@ class LinearModel:
     sampled: StateSpace
 
 
-@check_types
 def linearise(
     parameters: PlantSource, elevation: float = 0.0, pitch: float = 0.0, *, period: float | None = None
 ) -> StateSpace:
