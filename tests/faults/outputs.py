@@ -99,11 +99,11 @@ SIGNALS = (
         Fault(
             f"SIG{name} in the middle of the demonstration", nothing,
             f"set -m; heli demo -o out >/dev/null 2>&1 & p=$!; until [ -n \"$(find . -name '.heli-draft*')\" ] || ! kill -0 $p; do sleep .05; done; sleep 1; "
-            f"kill -{name} $p; wait $p 2>/dev/null; code=$?; {GONE % MASTERS}; {f'{OLD}; heli build Exciter -o out/demo/rig-a >/dev/null; ' if name == 'KILL' else ''}"
+            f"kill -{name} $p; wait $p 2>/dev/null; code=$?; {GONE % MASTERS}; "
             f"echo exit $code, $({MASTERS} | wc -l) running, $(find . -name '.heli-draft*' | wc -l) left; rm -rf out",
             f"exit {code}, 0 running, 0 left", 0, shell=True,
         )
-        for name, code in (("INT", 130), ("TERM", 143), ("KILL", 137))
+        for name, code in (("INT", 130), ("TERM", 143))
     ),
     Fault("Ctrl-C in the first half second", nothing, f'set -m; for t in 0 .05 .1 .2 .3; do heli simulate closed_loop -d 100000 >out.txt 2>&1 & p=$!; {BEGUN}; sleep $t; kill -INT $p; wait $p 2>/dev/null; echo -n "$? "; cat out.txt; done; rm out.txt', "130 130 130 130 130", 0, shell=True),
 )  # fmt: skip
