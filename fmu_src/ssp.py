@@ -9,6 +9,7 @@ is given, only those that are set.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import inf
 from pathlib import Path
 from xml.etree.ElementTree import register_namespace
 
@@ -16,7 +17,7 @@ from heli_identifier.files import draft_folder, write_atomically
 
 from .builder import check_start_values, unit_class, zip_bytes
 from .description import base_units, render_xml
-from .errors import BuildError, is_positive
+from .errors import BuildError
 from .slave_base import SlaveBase
 from .variables import Value, with_start_values
 from .wiring import Scenario, scenario
@@ -45,7 +46,7 @@ def write_ssp(
     Scenario, parameters, FMUs and ``native`` are those of :func:`fmu_src.master.run`; ``duration`` is the stop time of
     the default experiment [s]. WiringError or BuildError names what is unknown, missing or out of range.
     """
-    if not is_positive(duration):
+    if not 0.0 < duration < inf:
         raise BuildError(f"duration = {duration!r} s must be positive and finite.")
     wiring = scenario(scenario_name)
     by_unit = wiring.parameters_by_unit(parameters or {})
