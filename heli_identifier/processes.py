@@ -94,14 +94,9 @@ restart_watchdog: Callable[[], object] = int  # does nothing
 
 
 def call_apart(
-    folder: Path,
-    function: Callable[..., Any],
-    *arguments: Any,
-    error: type[Exception],
-    patience: float,
-    memory: int | None = None,
-    shows_errors: bool = False,
-) -> Any:
+    folder: Path, function: Callable[..., Any], *arguments: Any, error: type[Exception], patience: float,
+    memory: int | None = None, shows_errors: bool = False,
+) -> Any:  # fmt: skip
     """Call a function in a separate process, which may crash or hang; return its result or raise its ``error``.
 
     What the process prints is dropped, but for its error stream if ``shows_errors``. It ends when this process ends, if
