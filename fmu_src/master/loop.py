@@ -158,7 +158,7 @@ class Wired:
     ) -> None:  # fmt: skip
         self.units, self.step, self.inputs = units, step, np.array([*inputs.values()], dtype=np.float64).T
         all_outputs = {f"{name}.{output.name}": output for name, unit in units.items() for output in unit.outputs}
-        wires = {f"{c.target_unit}.{c.target}": f"{c.source_unit}.{c.source}" for c in wiring.connections}
+        wires = dict(wiring.connections)
         source_names = set(wires.values())
         for name in (*sorted(source_names), *(record or ())):
             if name not in all_outputs:

@@ -174,7 +174,7 @@ def unit_run(unit: Path, series: HeldOutSeries) -> np.ndarray:
     from fmu_src import VOLTAGES, Scenario
     from fmu_src.master import run_apart
 
-    log, alone = series.log, Scenario("alone", "the plant alone", (("plant", PLANT),), ())
+    log, alone = series.log, Scenario("alone", "the plant alone", (("plant", PLANT),), {})
     values = {"plant.solver.step": log.step, **{name: series.start[field] for field, name in START_PARAMETERS.items()}}
     inputs = {f"plant.{name}": column for name, column in zip(VOLTAGES, log.voltages.T, strict=True)}
     result = run_apart(alone, (log.samples - 1) * log.step, log.step, values, {"plant": unit}, inputs=inputs)
