@@ -1,9 +1,11 @@
-"""Errors of the FMI layer, and a look-up that raises them."""
+"""Errors of the FMI layer, and checks of arguments of any type that raise them."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TypeVar
+from numbers import Real
+from sys import float_info
+from typing import Any, TypeVar
 
 from heli_plant.errors import did_you_mean
 
@@ -34,8 +36,19 @@ class MasterError(FmuError):
     """A unit answered a call of the master with a status worse than a warning, or a run failed."""
 
 
-def look_up(table: Mapping[str, _Entry], name: str, kind: str, error: type[FmuError]) -> _Entry:
+def look_up(table: Mapping[str, _Entry], name: Any, kind: str, error: type[FmuError]) -> _Entry:
     """Return an entry of a table; an error of this type says that no ``kind`` has this name, and what there is."""
-    if name in table:
+    if isinstance(name, str) and name in table:
         return table[name]
-    raise error(f"no {kind} is called {name!r}{did_you_mean(name, table)}; there are {', '.join(table)}")
+    raise error(f"no {kind} is called {name!r}{did_you_mean(str(name), table)}; there are {', '.join(table)}")
+
+
+def check_mapping(argument: str, value: Any, of: type | tuple[type, ...] = object, word: str = "values") -> None:
+    """Refuse an ``argument`` that is no mapping of names to ``word``, which are instances of ``of``."""
+    if not isinstance(value, Mapping) or not all(isinstance(k, str) and isinstance(v, of) for k, v in value.items()):
+        raise WiringError(f"{argument} = {value!r:.100} must be a mapping of names to {word}")
+
+
+def is_positive(value: Any) -> bool:
+    """Return whether a value is a positive finite number."""
+    return isinstance(value, Real) and 0.0 < value <= float_info.max  # type: ignore[operator]

@@ -9,7 +9,6 @@ is given, only those that are set.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import inf
 from pathlib import Path
 from xml.etree.ElementTree import register_namespace
 
@@ -17,7 +16,7 @@ from heli_identifier.files import draft_folder, write_atomically
 
 from .builder import check_start_values, unit_class, zip_bytes
 from .description import base_units, render_xml
-from .errors import BuildError
+from .errors import BuildError, is_positive
 from .slave_base import SlaveBase
 from .variables import Value, with_start_values
 from .wiring import Scenario, scenario
@@ -46,7 +45,7 @@ def write_ssp(
     Scenario, parameters, FMUs and ``native`` are those of :func:`fmu_src.master.run`; ``duration`` is the stop time of
     the default experiment [s]. WiringError or BuildError names what is unknown, missing or out of range.
     """
-    if not 0.0 < duration < inf:
+    if not is_positive(duration):
         raise BuildError(f"duration = {duration!r} s must be positive and finite.")
     wiring = scenario(scenario_name)
     by_unit = wiring.parameters_by_unit(parameters or {})

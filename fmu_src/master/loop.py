@@ -13,6 +13,7 @@ from contextlib import ExitStack, contextmanager
 from ctypes import c_double, c_int64, c_size_t, c_void_p
 from pathlib import Path
 from time import perf_counter, sleep
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -22,7 +23,7 @@ from heli_identifier import processes
 from heli_identifier.files import draft_folder
 from heli_plant.errors import did_you_mean
 
-from ..errors import MasterError, WiringError
+from ..errors import MasterError, WiringError, check_mapping
 from ..variables import Value
 from ..wiring import Scenario, scenario, whole_steps
 from .instance import Array, Instance
@@ -81,11 +82,12 @@ def run(
     wiring = scenario(scenario_name)
     steps, parameters = whole_steps(duration, step), parameters or {}
     by_unit = wiring.parameters_by_unit(parameters)
+    check_mapping("inputs", inputs or {})
+    for name, given in {"record": record or (), "variations": variations}.items():
+        if not isinstance(given, Collection):
+            raise WiringError(f"{name} = {given!r} must be a list")
     varied_by_unit = [wiring.parameters_by_unit(parameters, variation) for variation in variations]
-    for target, column in (inputs or {}).items():
-        if len(column) < steps:
-            raise WiringError(f"inputs: {target} has {len(column)} values, {steps} steps need as many")
-    inputs = {target: column[:steps] for target, column in (inputs or {}).items()}
+    inputs = {target: _as_column(target, values, steps) for target, values in (inputs or {}).items()}
     with instantiate_units(wiring, fmus or {}, native or bool(variations)) as units:
         in_python = [name for name, unit in units.items() if unit.play is None]
         if variations and in_python:
@@ -121,6 +123,17 @@ def run(
                     refused.append(str(problem))
             bands = _run_bands(varied[: len(variations) - len(refused)], tuple(refused))
     return Result(wired.names, wired.physical_units, time, nominal, seconds, bands)
+
+
+def _as_column(target: str, values: Any, steps: int) -> Array:
+    """Return the values of an input as an array, one for each step."""
+    try:
+        column = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        column = np.empty(0)
+    if column.ndim != 1 or len(column) < steps:
+        raise WiringError(f"inputs: {target} has {np.size(values)} values, {steps} steps need as many numbers in a row")
+    return column[:steps]
 
 
 def _run_bands(runs: Array, refused: tuple[str, ...]) -> Bands:
@@ -161,8 +174,8 @@ class Wired:
         wires = dict(wiring.connections)
         source_names = set(wires.values())
         for name in (*sorted(source_names), *(record or ())):
-            if name not in all_outputs:
-                hint = did_you_mean(name, all_outputs)
+            if not isinstance(name, str) or name not in all_outputs:
+                hint = did_you_mean(str(name), all_outputs)
                 raise WiringError(f"scenario {wiring.name} has no output {name!r}{hint}")
         for name in inputs:
             wiring.check_unit(name.partition(".")[0])

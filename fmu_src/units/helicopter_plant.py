@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from heli_plant import observer
 from heli_plant.communication import EncoderCounts, PlantMemory, communicate, is_finite, read_sensors, start_memory
 from heli_plant.laws import input_delay
-from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, check_parameters
+from heli_plant.parameters import PARAMETERS, TABLE_2, PlantParameters, check_parameters, in_slots
 from heli_plant.state import rest_state, start_state
 
 from ..errors import Refusal
@@ -81,7 +81,7 @@ class HelicopterPlant(SlaveBase):
             parameters, corrections = self.settings(PlantParameters()), self.values[self._corrections]
             if any(corrections):
                 parameters = observer.with_correction(parameters, corrections)
-            self.parameters = check_parameters(parameters)
+            self.parameters = in_slots(check_parameters(parameters))
             self.delay, self._used_values = input_delay(self.parameters), values
 
     def advance(self, time: float, step_size: float) -> None:

@@ -19,7 +19,7 @@ from typing import NamedTuple
 from heli_plant.effects import AXES, effect_of
 from heli_plant.laws import added_elevation, added_pitch, added_travel
 from heli_plant.observer import DAMPINGS, EFFECTS, GAINS
-from heli_plant.parameters import BY_FIELD, PlantParameters
+from heli_plant.parameters import BY_FIELD, PlantParameters, in_slots
 from heli_plant.state import PlantState
 
 PITCH, ELEVATION, TRAVEL = range(3)
@@ -32,7 +32,7 @@ LAWS = ("dry_friction_pitch",), ("dry_friction_elevation",), ("dry_friction_trav
 """Effects by axis that have a regressor of their own; a constant torque is the regressor 1."""
 
 _ACCELERATIONS = tuple(
-    (acceleration, [PlantParameters(**{field: 1.0}) for field in fields])
+    (acceleration, [in_slots(PlantParameters(**{field: 1.0})) for field in fields])
     for acceleration, fields in zip((added_pitch, added_elevation, added_travel), LAWS, strict=True)
 )
 """For each axis: the acceleration by effects, and the parameters with which one effect alone acts, with c = 1."""
@@ -158,7 +158,7 @@ def regress_motion(
     th, ep, la, w1, w2, w3, _, _, _, _, _, cable_rest = state
     cos_th, sin_th = cos(th), sin(th)
     effects = [
-        [acceleration(0.0, th, ep, la, w1, w2, w3, mu_sum, mu_diff, cable_rest, alone) for alone in effects_alone]
+        [acceleration(0.0, th, ep, la, w1, w2, w3, mu_sum, mu_diff, cable_rest, slots) for slots in effects_alone]
         for acceleration, effects_alone in _ACCELERATIONS
     ]
     return (
