@@ -13,7 +13,6 @@ from heli_identifier.results.diagnosis import Diagnosis
 from heli_identifier.results.report import experiments_of, rank_experiments
 from heli_identifier.results.tables import GAIN_OF, Table, Tabular, gain_cells
 from heli_identifier.results.words import describe_effect, join_words, to_digits, typeset_notes
-from heli_identifier.signatures import check_types
 from heli_plant.effects import AXES
 
 
@@ -92,7 +91,6 @@ def _rms_movement(logs: Sequence[Log], resolution: np.ndarray) -> dict[str, floa
     return dict(zip(AXES, map(float, counts), strict=True))
 
 
-@check_types
 def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfiguration | None = None) -> Look:
     """Look at logs of one rig before they are diagnosed: who flew, what moved, which gains they determine.
 
