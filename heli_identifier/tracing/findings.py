@@ -13,7 +13,7 @@ made of them need no such model: they judge the result of the likelihood.
   that swirls, one in six of the others is wrong.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from math import copysign, floor, inf, log10, sqrt
 from operator import attrgetter
 
@@ -189,17 +189,6 @@ def _bound(effect: Effect, estimate: Estimate) -> float:
     """
     low, high = estimate.interval
     return max(high, estimate.standard_error or 0.0) if effect.lower >= 0.0 else max(abs(low), abs(high))
-
-
-def correlation(selection: Selection, among: Collection[str]) -> tuple[tuple[tuple[str, str], ...], Array]:
-    """Correlations between the signatures of the catalogue, beside the effects in the model."""
-    form = selection.form
-    names = [name for name in form.effects if name in among and name in selection.scores]
-    columns = [selection.scores[name].column for name in names]
-    G = form.signatures(columns, form.selected)
-    scale = np.sqrt(np.maximum(np.diag(G), 1e-12))
-    labels = tuple((form.effects[name].name, form.effects[name].axis) for name in names)
-    return labels, np.clip(G / scale / scale[:, None], -1.0, 1.0)
 
 
 def parameter_reports(

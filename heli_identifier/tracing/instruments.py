@@ -8,12 +8,14 @@ air into s, so least squares are biased. References b do not depend on the air:
     theta = (Z'Phi)^-1 Z'Y,     V = (Z'Phi)^-1 (sum_b g_b g_b') (Phi'Z)^-1,     g_b = sum of Z e over 4 s
     share_k = min_a |P_Z (Phi_k - Phi_others a)|^2 / min_a |Phi_k - Phi_others a|^2     the outside share, 0 to 1
 
-L is a Butterworth filter of third order at 20 rad/s, everything runs at 25 Hz, and an AR(12) model of the residual
-whitens Y, Phi and Z, four times over. K is fitted on the *other* logs: fitted on the same log it would carry the air of
-that log into Z. A single log is cut into two halves, each with the K of the other less a gap of 2 s, several times the
-air's correlation time. There are as many Z as regressors whatever the number of references: with more references than
-needed this is two-stage least squares, with fewer Z'Phi becomes singular and the intervals say so. There a weak prior
-N(m, P) of the rig's parameters (a damping of elevation is seldom moved from outside) keeps the others determined:
+L is a Butterworth filter of third order at 20 rad/s: above the rig's motion, below where an encoder's counts rule p^2
+y. The Laguerre outputs remember up to 5 s, as a closed loop does. Everything runs at 25 Hz, and an AR(12) model of the
+residual whitens Y, Phi and Z, four times over. K is fitted on the *other* logs: fitted on the same log it would carry
+the air of that log into Z. A single log is cut into two halves, each with the K of the other less a gap of 2 s, several
+times the air's correlation time. There are as many Z as regressors whatever the number of references: with more
+references than needed this is two-stage least squares, with fewer Z'Phi becomes singular and the intervals say so.
+There a weak prior N(m, P) of the rig's parameters (a damping of elevation is seldom moved from outside) keeps the
+others determined:
 
     theta = argmin  g' Omega^-1 g + (theta - m)' P^-1 (theta - m),   g = Z'(Y - Phi theta),   Omega = sum_b g_b g_b'
 
@@ -44,9 +46,12 @@ from scipy.special import chdtri, fdtrc, stdtrit
 from heli_identifier.errors import LogError
 
 from .rig import Array
-from .settings import AR_ORDER, BLOCK, CORNER, LAGUERRE_ORDER, LAGUERRE_POLE, SEEN_AT, SETTLING, WHITE_FLOOR
+from .settings import BLOCK, SEEN_AT, SETTLING
 
 Rows = Sequence[NDArray[Any]]
+
+AR_ORDER = 12
+"""Order of the whitening model, half a second: the correlation time of measured air."""
 
 
 @dataclass(frozen=True)
@@ -246,7 +251,7 @@ def _differentiator(order: int) -> tuple[Array, Array]:
 
     At 25 Hz itself the transform's p^2 would be 12 % too large at the corner, and so would every gain.
     """
-    numerator, denominator = butter(3, CORNER, analog=True)
+    numerator, denominator = butter(3, 20.0, analog=True)
     return bilinear(np.r_[numerator, np.zeros(order)], denominator, 8 * SEEN_AT)
 
 
@@ -257,10 +262,10 @@ def _columns(terms: Sequence[Term], signals: Array) -> Array:
 
 def _bank(references: Array) -> Array:
     """Laguerre outputs of every reference, shape (N, 8 m): sqrt(2 a)/(p + a) ((p - a)/(p + a))^i."""
-    a = LAGUERRE_POLE
+    a = 3.0
     outputs = [lfilter(*bilinear([np.sqrt(2.0 * a)], [1.0, a], SEEN_AT), references - references[:1], axis=0)]
     through = bilinear([1.0, -a], [1.0, a], SEEN_AT)
-    for _ in range(LAGUERRE_ORDER - 1):
+    for _ in range(7):
         outputs.append(lfilter(*through, outputs[-1], axis=0))
     return np.hstack(outputs)
 
@@ -328,7 +333,7 @@ def _whitening(residuals: Rows, blocks: Rows) -> Array:
         rows.append(past[keep[AR_ORDER:] & keep[:-AR_ORDER]])
     table = np.vstack(rows)
     now, past = table[:, 0], table[:, 1:]
-    normal = past.T @ past + WHITE_FLOOR * float(now @ now) * np.eye(AR_ORDER)
+    normal = past.T @ past + 1e-2 * float(now @ now) * np.eye(AR_ORDER)
     return np.r_[1.0, -np.linalg.solve(normal, past.T @ now)]
 
 

@@ -51,7 +51,7 @@ from .helicopter import Rig
 from .likelihood import Likelihood, undo_in_record
 from .noise import error_dynamics
 from .rig import Array, Record, record_of
-from .settings import ALIEN, FEWEST, KEPT, OUTLIER, PER_LOG, UNKNOWN
+from .settings import KEPT, OUTLIER, PER_LOG, UNKNOWN
 
 ELEVATION = 1
 
@@ -100,7 +100,7 @@ def _zeros_under(fitted: Fit, records: Sequence[Record]) -> tuple[Array, float]:
     """Zeros (L,) [rad] of the logs' elevations, 0 where too few are known, and the least that is no offset."""
     stiffness = fitted.likelihood.rig.linear(fitted.parameters)[ELEVATION][1]
     b = np.array([log_offsets(fitted, record)[0][ELEVATION] for record in records])
-    if stiffness <= 0.0 or np.isfinite(b).sum() < FEWEST:
+    if stiffness <= 0.0 or np.isfinite(b).sum() < 3:
         return np.zeros(len(b)), np.inf
     return np.nan_to_num(np.nanmedian(b) - b) / stiffness, OUTLIER * PER_LOG[0] / stiffness
 
@@ -194,7 +194,7 @@ def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
         usual = float(np.median(scales[alike]))
         if mirror := _mirrored(fitted, record, F):
             notes.append(f"the log {log.name} does not belong to the others: it fits with {mirror[0]}")
-        elif scale > ALIEN * usual:
+        elif scale > 2.5 * usual:  # the air of one room hardly makes a ratio of two
             notes.append(
                 f"the log {log.name} does not belong to the others: "
                 f"its innovations are {scale / usual:.1f} times theirs"
@@ -206,7 +206,7 @@ def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
 def _other_gains(fitted: Fit) -> list[str]:
     """Name the training logs whose gains, all of them or one, lie apart from those of the others."""
     axes, records, notes = fitted.likelihood.rig.axes, fitted.likelihood.records, list[str]()
-    if len(records) < FEWEST:
+    if len(records) < 3:  # of two neither is the other one
         return notes
     gains = fitted.point.per_log[:, 3 * len(axes) : 4 * len(axes)]
     offsets, outlying = gains - np.median(gains, axis=0), _lie_apart(gains, OUTLIER * PER_LOG[3])

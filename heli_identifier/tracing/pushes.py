@@ -36,7 +36,7 @@ from .likelihood import undo_in_record
 from .noise import error_dynamics, match_steps, start_memory
 from .outlying_logs import subtract_offsets
 from .rig import Array, Record, records_of
-from .settings import PUSHED, SEEN_AT, SETTLING, UNKNOWN
+from .settings import SEEN_AT, SETTLING, UNKNOWN
 
 LAG = round(MARGIN * SEEN_AT)
 WIDTHS = range(LAG, int(SETTLING * SEEN_AT) + 1)
@@ -205,15 +205,18 @@ class _Pulses:
 
 
 def _dispersion(logs: Sequence[_Pulses]) -> tuple[Array, Array]:
-    """Return phi_0 and tau^2 (W, 1) of one axis in all logs; a tenth of the samples may lie in pushes."""
+    """Return phi_0 and tau^2 (W, 1) of one axis in all logs.
+
+    A tenth of the samples may lie in pushes; tau is that of the tenth with the fastest voltages.
+    """
     least, tau_squared = np.ones((len(WIDTHS), 1)), np.zeros((len(WIDTHS), 1))
     for w in range(len(WIDTHS)):
         u = np.concatenate([pulses.u[w, pulses.counts] for pulses in logs])
         rate = np.concatenate([pulses.change(w)[pulses.counts] for pulses in logs])
         if not len(u):
             break
-        least[w] = max(1.0, float(np.quantile(u**2, 1.0 - PUSHED)) / ndtri(1.0 - 0.5 * PUSHED) ** 2)
-        fastest = (rate >= np.quantile(rate, 1.0 - PUSHED)) & (rate > 0.0)
+        least[w] = max(1.0, float(np.quantile(u**2, 0.9)) / ndtri(0.95) ** 2)
+        fastest = (rate >= np.quantile(rate, 0.9)) & (rate > 0.0)
         if fastest.any():
             beyond = (u[fastest] / ndtri(0.75)) ** 2 - least[w]  # the median of a squared normal deviate is .675^2
             tau_squared[w] = max(0.0, float(np.median(beyond / rate[fastest] ** 2)))

@@ -30,7 +30,7 @@ from heli_identifier.chain import controller_samples
 from heli_identifier.records import Log
 
 from .rig import Array
-from .settings import ADDED_R2, AS_GOOD, EXACT, OUTSIDE_SHARE, POLES, ROWS, SATURATED_SHARE, STILL_RATE
+from .settings import ADDED_R2, EXACT, OUTSIDE_SHARE
 
 CHANNELS: Mapping[str, tuple[float, tuple[str, ...], tuple[int, ...]]] = {
     "v_front - v_rear": (-1.0, ("pitch", "travel"), (0, 2)),
@@ -160,14 +160,15 @@ def feedback(log: Log) -> bool:
 def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True) -> str | None:
     """Say why a signal (N,) beside angles (N, 3) is no reference; None if it is one.
 
-    It has to be still in at least half of the samples (``steps``), and past outputs must not predict it.
+    It has to be still in at least half of the samples (``steps``), where it moves by less than a twentieth of its range
+    in a second, and past outputs must not predict it.
     """
     every, lags = max(1, round(rate_hz / 10.0)), 5  # 10 Hz and five samples: the loop's last half second
     slow, outputs = np.asarray(signal, dtype=float)[::every], _past(angles[::every], lags + 1)
     span = float(np.ptp(slow))
     if not span > 1e-9 * max(1.0, float(np.abs(slow).max())):
         return "it never moves"
-    still = float(np.mean(np.abs(np.diff(slow)) * rate_hz / every < STILL_RATE * span))
+    still = float(np.mean(np.abs(np.diff(slow)) * rate_hz / every < 0.05 * span))
     if steps and still < 0.5:
         return f"it is still in {100.0 * still:.0f} % of the samples, a reference in at least 50 %"
     past, target = np.column_stack([_past(np.diff(slow)[:, None], lags), slow[lags:-1]]), np.diff(slow)[lags:]
@@ -204,7 +205,7 @@ class _Law:
         self.clipped = np.asarray((np.abs(voltages) > 0.999 * self.limit).any(axis=1))
         self.clipped &= self.clipped.sum() > 5  # a largest value is no limit
         usable = np.flatnonzero(np.convolve(~self.clipped, np.ones(3), "valid") == 3)
-        self.usable = usable[:: max(1, len(usable) // ROWS)]
+        self.usable = usable[:: max(1, len(usable) // 800)]  # the equations are exact, more of them only cost time
         self.channel, self.n, fast = channel, len(columns), 6.0 / self.h
         # beyond these bounds: no derivative, no steps, no integral
         self.bounds = np.log([[0.5] * self.n + [0.01, 0.02], [fast] * self.n + [fast, 3.0]])
@@ -238,14 +239,18 @@ class _Law:
         return self.gains(shape, rounds)[0]
 
     def search(self, laws: Sequence["_Law"], again: bool = False) -> None:
-        """Find the rates on a grid, or from the ``laws`` of other logs, and polish them."""
-        if len(self.usable) < 100 or self.clipped.mean() > SATURATED_SHARE:
+        """Find the rates on a grid, or from the ``laws`` of other logs, and polish them.
+
+        Where a tenth of the samples is at the voltages' limit, too much of r would be interpolated. In a log that the
+        same controller flew the innovation may be three times as large.
+        """
+        if len(self.usable) < 100 or self.clipped.mean() > 0.1:
             return
         known = [(self.loss(law.shape), law.shape, law) for law in laws if law.shape is not None]
         loss, shape, other = min(known, key=lambda candidate: candidate[0], default=(np.inf, None, None))
         if again and (other is None or other is self or loss > self.least - 0.05):
             return
-        enough = np.log(EXACT) if other is None else max(np.log(EXACT), other.least - other.size + np.log(AS_GOOD))
+        enough = np.log(EXACT) if other is None else max(np.log(EXACT), other.least - other.size + np.log(3.0))
         if shape is not None and loss - self.size <= enough:
             best = self.polish(shape)
         else:
@@ -258,11 +263,12 @@ class _Law:
     def scan(self) -> _Shape:
         """Polish the best shape of a grid, with an integral term if that lowers the loss."""
         n, fast = self.n, 5.0 / self.h
+        poles = (2.0, 6.0, 12.0, 25.0, 50.0, fast)
         grid = [(periods, np.log([q] * n + [c]))
-                for periods in (0, 1) for q in (*POLES, fast) for c in (0.1, 1.0, 3.0, fast)]  # fmt: skip
+                for periods in (0, 1) for q in poles for c in (0.1, 1.0, 3.0, fast)]  # fmt: skip
         plain = min(grid, key=lambda shape: self.loss(shape, 4))
         for i in range(1, n):  # each angle may have a derivative filter of its own
-            others = [_with_rate(plain, i, q) for q in (*POLES, fast)]
+            others = [_with_rate(plain, i, q) for q in poles]
             plain = min([*others, plain], key=lambda shape: self.loss(shape, 4))
         plain = self.polish(self.polish(plain))
         if self.loss(plain) - self.size <= np.log(EXACT):

@@ -224,8 +224,8 @@ def _weigh_effects(form: Scores, null: Fit) -> Iterator[Finding]:
 def stepwise(form: Scores, start: Sequence[str], barred: Collection[str] = ()) -> list[str]:
     """Let effects leave, then let others enter that are not ``barred``, until the set does not change.
 
-    An effect that left does not enter again here. After the first entry only effects that entered may leave. If a new effect
-    makes one of the fit needless, a fit of both decides: the quadratic form predicts such an exchange badly.
+    An effect that left does not enter again here. After the first entry only effects that entered may leave. If a new
+    effect makes one of the fit needless, a fit of both decides: the quadratic form predicts such an exchange badly.
     """
     selected, entered, left = list(start), list[str](), set(barred)
     while True:
