@@ -1,16 +1,8 @@
 """From a selection to what a diagnosis states: effects, the catalogue's verdicts, what every parameter rests on.
 
 A likelihood is as good as its model of the air. References move the rig and do not depend on the air, so instruments
-made of them need no such model: they judge the result of the likelihood.
-
-* The instruments' interval is narrow and contains the likelihood's value: *determined from outside*.
-* It excludes that value, however wide it is: the two contradict each other. The value is *not determined*, and no
-  controller should be designed on it.
-* The instruments' interval is wide, but references move the parameter and the likelihood's interval is narrow: it
-  *rests on the noise model*.
-* Otherwise: *not determined*. The value is the likeliest one within the plausible range of any rig of this kind. A gain
-  that no reference moves is determined only if three times its interval would be narrow enough: in quiet flights in air
-  that swirls, one in six of the others is wrong.
+made of them need no such model: they judge the result of the likelihood, as docs/explanation/tracing.md says under
+"What a value rests on".
 """
 
 from collections.abc import Sequence

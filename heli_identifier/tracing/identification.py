@@ -22,7 +22,6 @@ from heli_identifier.chain import (
     undo_delays,
     undo_slips,
 )
-from heli_identifier.errors import LogError
 from heli_identifier.records import ANGLES, Event, Log, check_excitation, check_moving, read_logs
 
 from .findings import catalogue_verdicts, estimates, found_effect, lag_effect, parameter_reports
@@ -30,12 +29,12 @@ from .fit import Fit, covariance, fit, fit_log_spread
 from .helicopter import helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
-from .outlying_logs import align_zeros, refuse_mirrored, sign_notes
+from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, sign_notes
 from .pushes import find_pushes
 from .references import References, find_references
 from .rig import Effect, average_blocks
 from .select import Finding, Selection, fit_delivered, select
-from .settings import KEPT, ROUNDS, SETTLING, TIMED, UNKNOWN, DiagnosisSettings
+from .settings import KEPT, ROUNDS, SETTLING, TIMED, DiagnosisSettings
 from .stability import halves_agree, left_out_gain, open_structure
 from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
 from .unknown import search_unknown
@@ -215,40 +214,11 @@ def _search(
     null = _fit_null(likelihood)
     refuse_mirrored(null)
     selection = select(null, candidates)
-    _refuse_scaled(selection.fit, defects)
+    refuse_scaled(selection.fit, defects)
     if any(defect.imitates for defect in defects):  # a lasting error of the voltages bends every curve
         return selection, ()
     undone = {fault.field for fault in selection.fit.likelihood.faults}
     return search_unknown(selection, [e for e in candidates if e.fault is None or e.field in undone])
-
-
-def _refuse_scaled(fitted: Fit, defects: Sequence[Defect]) -> None:
-    """Refuse logs with an angle as many times too large as its steps are: gravity and thrust turn with the true angle.
-
-    ``fitted`` has the effects that were found, because a torque that the model lacks may look like a scale.
-
-    Raises
-    ------
-    LogError
-        Divided by that, the logs are likelier by more than :data:`.settings.UNKNOWN` nats, the change of unit allowed.
-    """
-    likelihood, axes = fitted.likelihood, fitted.likelihood.rig.axes
-    for defect in defects:
-        if defect.name != "counts":
-            continue
-        scale = np.where(np.array(axes) == defect.channel, 1.0 / defect.ratio, 1.0)
-        begin, scaled = likelihood.rig.initial_state, [record.angles * scale for record in likelihood.records]
-        records = tuple(
-            replace(record, angles=angles, start=begin(angles, record.inputs, record.step))
-            for record, angles in zip(likelihood.records, scaled, strict=True)
-        )
-        counted = sum(float(record.weights[:, axes.index(defect.channel)].sum()) for record in records)
-        other = fit(replace(likelihood, records=records), fitted.fields, fitted)
-        if other.value + counted * np.log(defect.ratio) < fitted.value - UNKNOWN:
-            raise LogError(
-                f"the {defect.channel} is {defect.ratio:.3g} times too large: its steps say so, and so do the other "
-                "axes. Correct its unit or its factor."
-            )
 
 
 def _weigh_possible(selection: Selection) -> tuple[dict[str, float], list[str]]:

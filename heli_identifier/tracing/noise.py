@@ -7,14 +7,11 @@ A second-order process in continuous time drives every axis beside the plant. Wi
 and d [rad/s^2] is the torque. For psi = 0 and f >> c it is the Ornstein-Uhlenbeck torque of rate c that calm and windy
 rooms have; for f = 4 c an Ornstein-Uhlenbeck torque of an Ornstein-Uhlenbeck torque; for f < 4 c it resonates at w with
 the damping ratio sqrt(f/c)/2, as air that swirls round a closed room does; psi = pi/2 takes the torque at rest out of
-its spectrum; psi between mixes a fast and a slow part. These are all spectra of second order, CARMA(2, 1), so that the
-colour of the air is estimated and not assumed: a wrong colour biases the gains of a rig under a controller, and narrow
-intervals stay around the wrong values. Spectra are linear in sin(psi)^2, which is what a fit moves: psi and -psi give
-the same one.
+its spectrum; psi between mixes a fast and a slow part. These are all spectra of second order, CARMA(2, 1). They are
+linear in sin(psi)^2, which is what a fit moves: psi and -psi give the same one.
 
 Angle plus error of the encoder is measured. The error has standard deviation r; the share :data:`.settings.COLOURED` of
-its variance is an Ornstein-Uhlenbeck process n of rate k, the rest is white. An encoder that turns slowly repeats its
-value, and errs alike for as long; an error that is taken for white is explained by the plant.
+its variance is an Ornstein-Uhlenbeck process n of rate k, the rest is white.
 
 State of the filter: angle [rad], rate [rad/s], d and u [rad/s^2], n [rad]. A step is the integral of continuous time:
 were the torque held over a sample, a fine encoder's fit would take the difference for damping and gain. All gains

@@ -13,35 +13,25 @@ with its effects decides, fitted to the logs that agree: the simplified model ta
 logs that hover elsewhere. An arm that was balanced differently has other voltages as well; sines of the elevation tell
 the two apart, and a log is not shifted if that makes it less likely.
 
-**Mirrors.** A log is another one's mirror image where it gets likelier by more than :data:`.settings.UNKNOWN` nats with
-the sign of an axis changed or the rotors swapped; offsets and noise of the log are free. No plant fits logs of which
-some are mirror images. Training logs are refused if one plant for all of them gets likelier by as much when some are
-mended; the message names the smaller part.
-
-**Gains.** The likelihood estimates how far the gains of each log lie off those of the plant. A log of another rig lies
-apart from the others by more than three standard deviations of the drift from log to log.
+**Other readings.** A log that gets likelier by more than :data:`.settings.UNKNOWN` nats when it is read otherwise was
+read wrongly: with the sign of an axis changed or the rotors swapped it was another one's mirror image, with an angle
+divided it was in another unit. Offsets and noise of the log are free.
 
 **Signs.** A larger v_f - v_r raises the pitch, k_x > 0; a larger v_f + v_r raises the elevation, k_z > 0 (Table 2). The
-sign of k_y is a convention, the sense of the travel; where k_x < 0 it tells the two causes apart:
-
-| k_x | k_y | k_z | then |
-|---|---|---|---|
-| < 0 | > 0 | > 0 | the pitch counts the other way |
-| < 0 | < 0 | > 0 | front and rear are exchanged |
-| > 0 | | < 0 | the elevation counts the other way |
-| < 0 | > 0 | < 0 | pitch and elevation count the other way, or both voltages do |
-| < 0 | < 0 | < 0 | front and rear are exchanged, and the elevation counts the other way |
+sign of k_y is a convention, the sense of the travel; where k_x < 0 it tells the two causes apart.
 
 Source: Iglewicz and Hoaglin 1993 (outliers by the median absolute deviation).
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from heli_identifier.chain import Defect
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
@@ -70,7 +60,7 @@ def align_zeros(fitted: Fit, logs: Sequence[Log]) -> tuple[Fit, tuple[Log, ...],
         z = zeros[i] * (np.arange(3) == ELEVATION)
         amount = f"{abs(zeros[i]):.2f} rad {'less' if zeros[i] > 0.0 else 'more'}"
         read = f"{logs[i].name}: its elevation reads {amount} than that of the other logs at like voltages, as if"
-        shifted = _restart(replace(records[i], angles=records[i].angles + z), likelihood.rig)
+        shifted = _reread(records[i], likelihood.rig, angles=records[i].angles + z)
         if _misfit(judge, records[i])[0] < _misfit(judge, shifted)[0] - KEPT:
             notes.append(f"{read} the arm had been balanced otherwise; its gains may differ as well")
             zeros[i] = 0.0
@@ -142,6 +132,31 @@ def refuse_mirrored(null: Fit) -> None:
         f"the training log{'s' * (not single)} {', '.join(fewer)} fit{'s' * single} the rest with "
         f"{' or '.join(sorted({what for what, _ in mended.values()}))}. Correct that in heli.toml, or take fewer logs."
     )
+
+
+def refuse_scaled(fitted: Fit, defects: Sequence[Defect]) -> None:
+    """Refuse logs with an angle as many times too large as its steps are: gravity and thrust turn with the true angle.
+
+    ``fitted`` has the effects that were found, because a torque that the model lacks may look like a scale.
+
+    Raises
+    ------
+    LogError
+        Divided by that, the logs are likelier by more than :data:`.settings.UNKNOWN` nats, the change of unit allowed.
+    """
+    likelihood, axes = fitted.likelihood, fitted.likelihood.rig.axes
+    for defect in defects:
+        if defect.name != "counts":
+            continue
+        scale = np.where(np.array(axes) == defect.channel, 1.0 / defect.ratio, 1.0)
+        records = tuple(_reread(record, likelihood.rig, angles=record.angles * scale) for record in likelihood.records)
+        counted = sum(float(record.weights[:, axes.index(defect.channel)].sum()) for record in records)
+        other = fit(replace(likelihood, records=records), fitted.fields, fitted)
+        if other.value + counted * np.log(defect.ratio) < fitted.value - UNKNOWN:
+            raise LogError(
+                f"the {defect.channel} is {defect.ratio:.3g} times too large: its steps say so, and so do the other "
+                "axes. Correct its unit or its factor."
+            )
 
 
 def _lie_apart(values: Array, least: float) -> NDArray[np.bool_]:
@@ -240,16 +255,18 @@ def _mirrored(fitted: Fit, record: Record, as_read: float) -> tuple[str, Record]
 
 def _mirrors(rig: Rig, record: Record) -> list[tuple[str, Record]]:
     """Return a record as it would be with the usual mistakes undone."""
-    found = [("front and rear exchanged", replace(record, inputs=np.ascontiguousarray(record.inputs[:, ::-1])))]
-    for i, axis in enumerate(rig.axes):
-        signs = np.where(np.arange(len(rig.axes)) == i, -1.0, 1.0)
-        found.append((f"the sign of the {axis} changed", replace(record, angles=record.angles * signs)))
-    return [(what, _restart(other, rig)) for what, other in found]
+    exchanged = _reread(record, rig, inputs=np.ascontiguousarray(record.inputs[:, ::-1]))
+    signs = 1.0 - 2.0 * np.eye(len(rig.axes))
+    return [("front and rear exchanged", exchanged)] + [
+        (f"the sign of the {axis} changed", _reread(record, rig, angles=record.angles * of_axes))
+        for axis, of_axes in zip(rig.axes, signs, strict=True)
+    ]
 
 
-def _restart(record: Record, rig: Rig) -> Record:
-    """Return a changed record the initial state that its angles and inputs imply."""
-    return replace(record, start=rig.initial_state(record.angles, record.inputs, record.step))
+def _reread(record: Record, rig: Rig, **changed: Any) -> Record:
+    """Return a record with other angles or inputs, and with the initial state that they imply."""
+    other = replace(record, **changed)
+    return replace(other, start=rig.initial_state(other.angles, other.inputs, other.step))
 
 
 _PITCH: Mapping[int, tuple[str, str]] = {

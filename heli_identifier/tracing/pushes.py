@@ -11,9 +11,8 @@ change v' [V/s] of the voltages during the pulse, phi = phi_0 + tau^2 v'^2: the 
 voltages is compared with its errors at other steps.
 
 A push is a pulse of :data:`.settings.UNKNOWN` nats. The largest one of every log is left out and the fit is repeated
-without that passage: a controller answers a push, so both disturb the estimates. Then the push is placed again, because
-the fit before took it for air and so gave it a wrong size and wrong edges, and the next one is searched. The fit has to
-have the effects of the plant first, since a dead zone that no law describes looks like pushes.
+without that passage. Then the push is placed again, because the fit before took it for air and so gave it a wrong size
+and wrong edges, and the next one is searched.
 
 Source: Willsky and Jones, IEEE Trans. Automatic Control 21 (1976) 108.
 """

@@ -1,10 +1,9 @@
 """What the tracer handles of a rig: parameters as coordinates, effects of the catalogue, and logs as records.
 
-A record has means over 10 ms where its log is faster. An encoder that turns slower than a count per sample repeats its
-value: its error is no white noise, and a likelihood that takes it for white takes the counts for air. Means over
-:data:`.settings.RECORD_STEP` err almost like white noise and lose nothing: the voltages that act between the middles of
-two blocks are averaged exactly over that time, and what a controller answers within a block moves the rig by less than
-a thousandth of a count through its motors' lag.
+A record has means over :data:`.settings.RECORD_STEP` where its log is faster: an encoder that turns slower than a count
+per sample repeats its value, and the means err almost like white noise. Nothing is lost: the voltages that act between
+the middles of two blocks are averaged exactly over that time, and what a controller answers within a block moves the
+rig by less than a thousandth of a count through its motors' lag.
 """
 
 import dataclasses

@@ -119,12 +119,9 @@ def _fit_entered(form: Scores, chosen: Sequence[str]) -> Fit:
     new = [name for name in chosen if name not in form.selected]
     faults = [name for name in new if form.effects[name].fault is not None]
     new = faults[:1] if new and new[0] in faults else [name for name in new if name not in faults]
-    shapes: dict[str, float] = {}
-    for name in new:
-        shapes |= dict(form.coordinates[form.chosen[name]].companions)
+    shapes = {key: value for name in new for key, value in form.coordinates[form.chosen[name]].companions.items()}
     kept = [name for name in chosen if name in form.selected]
-    chosen = [*kept, *new]
-    return refit(form.fitted, list(form.effects.values()), chosen, shapes)
+    return refit(form.fitted, list(form.effects.values()), [*kept, *new], shapes)
 
 
 def refit(

@@ -138,10 +138,6 @@ where only the size is open: chance reaches it on one of 3 500 entries, so on on
 
 # --- what the catalogue cannot name (unknown.py) ---
 
-PERIODIC_BAND, PERIODS = (0.06, 3.0), 4.0
-"""Frequencies [Hz] of a periodic torque, and its least periods in the longest log: fewer are not told from a drift, and
-above an encoder's counts under steady motion look like one."""
-
 UNKNOWN = 22.0
 """Nats of an unknown torque, as of one degree of freedom: the search looks at some 24 curves and, on every axis, 600
 frequencies. Chance reaches it on one of 100 000 rigs, and less is a ripple. A log that is read otherwise, as a mirror
