@@ -26,7 +26,7 @@ from heli_identifier.records import ANGLES, Event, Log, check_excitation, check_
 
 from .findings import catalogue_verdicts, estimates, found_effect, lag_effect, parameter_reports
 from .fit import Fit, covariance, fit, fit_log_spread
-from .helicopter import helicopter
+from .helicopter import LAG_WIDTH, Rig, helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
 from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, sign_notes
@@ -130,17 +130,9 @@ def identify_plant(
     held_out: Sequence[Log] = (),
     progress: Progress | None = None,
 ) -> Identification:
-    """Identify the plant of one rig.
+    """Identify the plant of one rig from logs in open loop or under any controllers; several rates may be mixed.
 
-    Parameters
-    ----------
-    logs : Log or sequence of Log
-        Logs of one rig, in open loop or under any controllers; several rates may be mixed.
-    settings : DiagnosisSettings, optional
-        What is given of the rig.
-    held_out : sequence of Log, optional
-        Further logs that nothing is fitted to; their events are found and their zeros aligned with the others.
-    progress : callable, optional
+    Nothing is fitted to the logs ``held_out``; their events are found and their zeros aligned with the others.
 
     Raises
     ------
@@ -267,7 +259,19 @@ def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -
     for _ in range(ROUNDS):
         rig = replace(given, parameters=given.parameters._replace(T_m=lag))
         found = instruments(*rig.regressions(records, plant.parameters), averaged, rates, keep)
-        used, lag = lag, given.lag_by_references(found, lag)
+        used, lag = lag, _lag_by_references(given, found, lag)
         if abs(lag - used) < TIMED:
             break
     return found
+
+
+def _lag_by_references(given: Rig, found: InstrumentEstimates, used: float) -> float:
+    """Return the motors' lag [s] that instruments find, beside the given one as a prior; they ``used`` this lag."""
+    weighted, weights = given.parameters.T_m / LAG_WIDTH**2, 1.0 / LAG_WIDTH**2
+    for axis, gain in zip(found.axes, given.gains, strict=True):
+        k, slope = (axis.parameters.index(name) for name in (gain, f"{gain} late"))
+        error = axis.half_widths[slope] / (1.96 * abs(axis.values[k]))
+        if np.isfinite(error):
+            weighted += (used - axis.values[slope] / axis.values[k]) / error**2
+            weights += 1.0 / error**2
+    return float(max(weighted / weights, 0.0))
