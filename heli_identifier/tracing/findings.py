@@ -5,7 +5,7 @@ made of them need no such model: they judge the result of the likelihood, as doc
 "What a value rests on".
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import copysign, floor, inf, log10, sqrt
 from operator import attrgetter
 
@@ -17,7 +17,7 @@ from heli_identifier.online import CONTRADICTION, Estimate
 from .fit import Fit, covariance
 from .helicopter import LAG_FIELD
 from .instruments import InstrumentEstimates
-from .rig import Array, Effect
+from .rig import Array, Effect, Parameters
 from .score import Score
 from .select import Finding, Selection
 from .settings import CONFIRMED, DETERMINED, KEPT, MATTERS, NAMED, OUTLIER, TIMED
@@ -48,12 +48,22 @@ def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimat
             c, x = fitted.coordinates[curve], fitted.x[curve]
             error = float(abs(c.value(x) - c.value(x - copysign(1.96 * sqrt(C[curve, curve]), x))) / 1.96)
         else:
-            gradient = fitted.gradient(attrgetter(name))
+            gradient = _gradient(fitted, attrgetter(name))
             if curve is not None:
                 gradient[curve] = 0.0
             error = float(np.sqrt(gradient @ C @ gradient)) if gradient.any() else None
         found[name] = Estimate(float(getattr(fitted.parameters, name)), error, units[name])
     return found
+
+
+def _gradient(fitted: Fit, read: Callable[[Parameters], float]) -> Array:
+    """Return the derivatives (P,), by the coordinates of the plant, of a number that ``read`` takes from it."""
+    rig, slopes = fitted.likelihood.rig, np.empty(len(fitted.fields))
+    for i in range(len(slopes)):
+        c, x = fitted.coordinates[i], fitted.x[i]
+        low, high = (read(rig.assign(fitted.parameters, c.assigned(x + d))) for d in (-1e-4, 1e-4))
+        slopes[i] = (high - low) / 2e-4
+    return slopes
 
 
 def lag_score(fitted: Fit, C: Array) -> Score:

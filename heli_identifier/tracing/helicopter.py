@@ -7,6 +7,7 @@ docs/howto/another-rig.md brings one.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from math import copysign, exp, inf, pi
 from typing import ClassVar
 
@@ -109,12 +110,11 @@ def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
     """Entry of the catalogue as the tracer sees it; ``lowest`` is the lowest elevation in the logs [rad]."""
     known = settings.horizontal is not None
     estimated = [s for s in entry.shapes if s.estimated or (s.field == HORIZONTAL and not known)]
-    starts: tuple[dict[str, float], ...] = ({},)
-    for shape in entry.shapes:
-        if shape.start == STEP_TIMES or (shape.field == HORIZONTAL and known):
-            continue
-        values = (lowest - GROUND_CLEARANCE,) if shape.start == "lowest elevation" else shape.grid or (shape.default,)
-        starts = tuple({**start, shape.field: value} for start in starts for value in values)
+    grids = {
+        s.field: (lowest - GROUND_CLEARANCE,) if s.start == "lowest elevation" else s.grid or (s.default,)
+        for s in entry.shapes if s.start != STEP_TIMES and not (s.field == HORIZONTAL and known)
+    }  # fmt: skip
+    starts = tuple(dict(zip(grids, values, strict=True)) for values in product(*grids.values()))
     return Effect(
         entry.field, entry.name, entry.axis, entry.unit, entry.lower, entry.upper, entry.family,
         tuple(s.field for s in estimated), starts, entry.experiment,

@@ -1,8 +1,5 @@
 """Logs that do not fit the others: zeroed elsewhere, wired differently, or of another rig; and impossible signs.
 
-A constant torque b on an axis of log l changes its innovations by c b, where c is the response of the filter's error
-dynamics to 1 rad/s^2. So b_l follows from one run of the filter, by a robust regression of e on c without a prior.
-
 **Zeros.** The encoder counts from the position of the arm when the rig was switched on: on the table, or held by hand.
 A log that reads z less than the others has the voltages of another height:
 
@@ -29,7 +26,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from heli_identifier.chain import Defect
 from heli_identifier.errors import LogError
@@ -39,7 +35,7 @@ from heli_identifier.records import Log
 from .fit import Fit, fit, known_fit
 from .helicopter import Rig
 from .likelihood import Likelihood, undo_in_record
-from .noise import error_dynamics
+from .log_parameters import log_offsets
 from .rig import Array, Record, record_of
 from .settings import KEPT, OUTLIER, PER_LOG, UNKNOWN
 
@@ -163,39 +159,6 @@ def _lie_apart(values: Array, least: float) -> NDArray[np.bool_]:
     """Which of the logs' values (L, ...) lie apart from those of the others, by more than ``least``."""
     apart = np.abs(values - np.median(values, axis=0))
     return np.asarray(apart > np.maximum(least, OUTLIER * np.median(apart, axis=0) / 0.6745), dtype=bool)
-
-
-def log_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
-    """Constant torques (a,) [rad/s^2] of one log under a plant, without a prior, and its innovations (N, a) [rad].
-
-    An axis on which nothing counts has nan.
-    """
-    likelihood = replace(fitted.likelihood, records=(record,))
-    point = likelihood.neutral_point(fitted.parameters, fitted.point.z)
-    return subtract_offsets(fitted, record, likelihood.run_all(point)[0][0])
-
-
-def subtract_offsets(fitted: Fit, record: Record, e: Array) -> tuple[Array, Array]:
-    """Take constant torques out of the innovations ``e`` (N, a) of one log, and the periodic torques of the fit.
-
-    The phase of a periodic torque differs from log to log. Returns the constant torques (a,) [rad/s^2] and the rest of
-    e.
-    """
-    b, axes, rest = np.full(e.shape[1], np.nan), fitted.likelihood.filters(record, fitted.point), e.copy()
-    for axis in range(len(b)):
-        w = huber = record.weights[:, axis]
-        if not w.any():
-            continue
-        phases = [sine[1] * record.time for sine in (fitted.point.harmonics or [[]])[0] if sine[0] == axis]
-        torques = [np.ones(record.samples), *(wave(phase) for phase in phases for wave in (np.cos, np.sin))]
-        c = np.column_stack([lfilter(*error_dynamics(axes[axis]), torque) for torque in torques])
-        for _ in range(4):  # from least squares on
-            x = np.linalg.solve((c.T * huber) @ c, -(c.T * huber) @ e[:, axis])
-            rest[:, axis] = e[:, axis] + c @ x
-            size = np.abs(rest[:, axis])
-            huber = w * np.minimum(1.0, OUTLIER * np.median(size[w > 0]) / 0.6745 / np.maximum(size, 1e-12))
-        b[axis] = x[0]
-    return b, rest
 
 
 def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
