@@ -229,9 +229,8 @@ def parameter_reports(
                 if 2.0 * moves[i] ** 2 > C[i, i]:  # most of the interval, so one effect at most
                     what = f"{effect.name.replace('_', ' ')} of the {effect.axis}"
                     why, experiment = f"{why}, as these logs leave the {what} open", effect.experiment
-        plausible = (low, high)
         reports[name] = ParameterReport(
-            estimate, determination, share, instrument, contradicted, plausible, why, experiment
+            estimate, determination, share, instrument, contradicted, (low, high), why, experiment
         )
     return reports
 

@@ -133,11 +133,7 @@ def instruments(
 
     Each log has ``signals`` s (N, n), ``references`` (N, m) from outside, zero where it lacks a column, its sampling
     rate [Hz], and ``keep`` (N,), which is False where a sample says nothing (an axis at rest, a hand).
-
-    Raises
-    ------
-    LogError
-        If a log is slower than 25 Hz.
+    A log that is slower than 25 Hz is refused.
     """
     for index, rate in enumerate(rates):
         if rate < SEEN_AT * (1.0 - 1e-6):

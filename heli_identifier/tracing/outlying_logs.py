@@ -6,9 +6,8 @@ A log that reads z less than the others has the voltages of another height:
     eps'' = -a_e (eps + z) - a_1 + ...,    z_l = -(b_l - median over l of b_l) / a_e.
 
 Up to three standard deviations of b_l a zero is an offset of its log, which every fit estimates. Beyond that the plant
-with its effects decides, fitted to the logs that agree: the simplified model takes a curve of the thrust for zeros of
-logs that hover elsewhere. An arm that was balanced differently has other voltages as well; sines of the elevation tell
-the two apart, and a log is not shifted if that makes it less likely.
+with its effects decides, fitted to the logs that agree. An arm that was balanced differently has other voltages as
+well; sines of the elevation tell the two apart, and a log is not shifted if that makes it less likely.
 
 **Other readings.** A log that gets likelier by more than :data:`.settings.UNKNOWN` nats when it is read otherwise was
 read wrongly: with the sign of an axis changed or the rotors swapped it was another one's mirror image, with an angle
@@ -104,11 +103,6 @@ def refuse_mirrored(null: Fit) -> None:
     """Refuse training logs of which some are mirror images: a fit to all of them may lie between the two parts.
 
     The plant of the log with most samples says how others would be mended. One plant for all says whether that helps.
-
-    Raises
-    ------
-    LogError
-        Some of the training logs are mirror images of the others.
     """
     likelihood, rig, names = null.likelihood, null.likelihood.rig, null.names
     one = replace(likelihood, records=(max(likelihood.records, key=lambda record: record.weights.sum()),))
@@ -133,12 +127,8 @@ def refuse_mirrored(null: Fit) -> None:
 def refuse_scaled(fitted: Fit, defects: Sequence[Defect]) -> None:
     """Refuse logs with an angle as many times too large as its steps are: gravity and thrust turn with the true angle.
 
-    ``fitted`` has the effects that were found, because a torque that the model lacks may look like a scale.
-
-    Raises
-    ------
-    LogError
-        Divided by that, the logs are likelier by more than :data:`.settings.UNKNOWN` nats, the change of unit allowed.
+    ``fitted`` has the effects that were found, because a torque that the model lacks may look like a scale. Logs are
+    likelier by the change of unit alone.
     """
     likelihood, axes = fitted.likelihood, fitted.likelihood.rig.axes
     for defect in defects:
