@@ -71,9 +71,6 @@ Elevation: the balanced arm's period is longer than some 3 s, the counterweight 
 LAG_WIDTH = 0.04
 """Width [s] of the prior of the motors' lag about the given one: half of a usual lag."""
 
-GROUND_CLEARANCE = 0.02
-"""The ground lies so far [rad] below the lowest elevation in the logs."""
-
 _FULL_THRUST: Mapping[str, float] = {"k_x": 3.0, "k_z": 1.0, "k_y": 1.0}
 """Accelerations [rad/s^2] at the voltage limit: half of it on both rotors lifts a balanced arm with about 1 rad/s^2,
 the travel turns the same mass, the body's smaller inertia makes the pitch some three times faster."""
@@ -101,17 +98,16 @@ _EXPERIMENTS: Mapping[str, str] = {
 }
 """Experiments that determine a parameter."""
 
-
 _DIFFERENCE: Mapping[str, float] = {"dead_zone": 0.1, "input_delay": 0.01, "motor_lag": 0.01}
 """Finite differences [V], [s] of laws with corners in their coefficient: about a sample, or what logs resolve."""
 
 
 def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
-    """Entry of the catalogue as the tracer sees it; ``lowest`` is the lowest elevation in the logs [rad]."""
+    """Entry of the catalogue as the tracer sees it; the ground lies .02 rad below the ``lowest`` elevation [rad]."""
     known = settings.horizontal is not None
     estimated = [s for s in entry.shapes if s.estimated or (s.field == HORIZONTAL and not known)]
     grids = {
-        s.field: (lowest - GROUND_CLEARANCE,) if s.start == "lowest elevation" else s.grid or (s.default,)
+        s.field: (lowest - 0.02,) if s.start == "lowest elevation" else s.grid or (s.default,)
         for s in entry.shapes if s.start != STEP_TIMES and not (s.field == HORIZONTAL and known)
     }  # fmt: skip
     starts = tuple(dict(zip(grids, values, strict=True)) for values in product(*grids.values()))
@@ -204,8 +200,7 @@ class Rig:
         return dict(zip(GAINS, (slope, slope, share), strict=True)) | dict.fromkeys(driven, share)
 
     def _lift(self, p: PlantParameters) -> float:
-        thrust = thrust_voltage(motor_input(self.operating_point, p), 0.0, p)
-        return 2.0 * float(p.k_z) * thrust
+        return 2.0 * float(p.k_z) * thrust_voltage(motor_input(self.operating_point, p), 0.0, p)
 
     def scale_gains(self, p: PlantParameters, factors: Sequence[float]) -> PlantParameters:
         """Multiply the gains of a plant by ``factors``; a_1 keeps the value that :meth:`read` gives."""

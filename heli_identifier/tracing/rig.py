@@ -28,8 +28,6 @@ from .settings import (
     NAMED,
     RECORD_STEP,
     REFITTED,
-    REST_COUNTS,
-    REST_TIME,
     SEEN_AT,
     SETTLING,
 )
@@ -265,14 +263,17 @@ def average_blocks(log: Log, held: Array) -> Array:
 
 
 def record_of(log: Log, rig: Any, settled: bool = False) -> Record:
-    """Prepare a log; its events, and its start if the filter is not ``settled`` there, do not count."""
+    """Prepare a log; its events, and its start if the filter is not ``settled`` there, do not count.
+
+    Nor does an axis that stays within 1.5 counts of its encoder for .5 s: it rests or sticks.
+    """
     n, voltages = block_samples(log), average_blocks(log, log.voltages)
     step, count = n / log.rate_hz, len(voltages)
     angles = log.angles if n == 1 else log.angles[: count * n].reshape(count, n, -1).mean(1)
     time = np.arange(count, dtype=np.float64) * step
-    width = round(REST_TIME / step) | 1
+    width = round(0.5 / step) | 1
     span = maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0)
-    moves, begun = (span > REST_COUNTS * rig.resolution).astype(float), rig.initial_state(angles, voltages, step)
+    moves, begun = (span > 1.5 * rig.resolution).astype(float), rig.initial_state(angles, voltages, step)
     inputs, angles = np.ascontiguousarray(voltages), np.ascontiguousarray(angles)
     return Record(log.name, step, time, inputs, angles, moves, begun).mark(log.events, rig.axes, settled)
 

@@ -49,9 +49,6 @@ PER_LOG_PRIOR = (2.0, 0.007, 0.007, 0.002)
 good supply repeats itself to half of the least spread on measured rigs, an encoder that stays switched on to a
 count."""
 
-REST_COUNTS, REST_TIME = 1.5, 0.5
-"""An axis that stays within so many encoder counts for so long [s] says nothing about torques: it rests or sticks."""
-
 RECORD_STEP = 0.01
 """Time [s] over which faster logs are averaged: a tenth of the motors' lag, so that nothing of the plant is lost, and
 as long as encoders of benches need for a count."""
@@ -142,10 +139,6 @@ UNKNOWN = 22.0
 """Nats of an unknown torque, as of one degree of freedom: the search looks at some 24 curves and, on every axis, 600
 frequencies. Chance reaches it on one of 100 000 rigs, and less is a ripple. A log that is read otherwise, as a mirror
 image or in another unit, has to be likelier by as much."""
-
-UNKNOWN_SHARE = 0.25
-"""Share of what the named effects of an axis carry that an unknown torque beside them must carry: laws are
-idealisations, none is exact."""
 
 # --- what moved the rig from outside (references.py) ---
 

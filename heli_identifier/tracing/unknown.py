@@ -31,7 +31,7 @@ from .motion import Tables
 from .rig import Array, Coordinate, Effect, means
 from .select import Selection, select
 from .sensitivity import linearise
-from .settings import FORCE, NAMED, PER_LOG, UNKNOWN, UNKNOWN_SHARE
+from .settings import FORCE, NAMED, PER_LOG, UNKNOWN
 from .stability import left_out_gain
 from .statements import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
 
@@ -180,7 +180,7 @@ def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[
         fall = selection.plant.value - after.plant.value
         weighed = _weigh_fall(after, fall, replace(u, freedom=max(u.freedom + more, 1.0)))
         named = sum(f.score.score for f in after.findings if f.effect.axis in (u.axis, "rotors"))
-        if weighed.score > max(UNKNOWN, UNKNOWN_SHARE * named) and _helps_others(after, u):
+        if weighed.score > max(UNKNOWN, 0.25 * named) and _helps_others(after, u):  # no law is exact
             selection, found = after, [*found, weighed]
             tried = scan(selection.fit)[:2]
     return selection, tuple(_describe(selection.fit, u) for u in found)
