@@ -39,8 +39,7 @@ def flights(asked=0.5, seed=0):
     counts; the torque is Ornstein and Uhlenbeck's of .3 rad/s2 and rate 2 1/s, held too. The step is exact.
     """
     rng, h, n = np.random.default_rng(seed), 1.0 / RATE, round(SECONDS * RATE)
-    d, c, k = TRUTH
-    shape = (SEEDS, LOGS)
+    (d, c, k), shape = TRUTH, (SEEDS, LOGS)
     r = np.repeat(rng.normal(0.0, asked, (*shape, SECONDS // 4)), round(4 * RATE), axis=2)
     y, u = np.zeros((*shape, n)), np.zeros((*shape, n))
     rates = np.zeros((5, 5))  # state y, y', u and the inputs v, torque
@@ -88,8 +87,7 @@ def test_intervals_cover_within_what_sampling_allows():
     """40 repetitions of three intervals of 95 %: at least as many as 99.9 % of binomial draws of 40 hold."""
     inside = sum(np.abs(e.axes[0].values - TRUTH) < e.axes[0].half_widths for e in repeated())
     assert np.all(inside >= binom.ppf(0.001, SEEDS, 0.95))
-    widths = np.array([e.axes[0].half_widths[2] for e in repeated()])
-    assert np.median(widths) < 0.2 * TRUTH[2]  # and they say something
+    assert np.median([e.axes[0].half_widths[2] for e in repeated()]) < 0.2 * TRUTH[2]  # and they say something
 
 
 def test_the_judge_keeps_its_level_and_rejects_half_the_gain():

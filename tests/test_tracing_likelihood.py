@@ -25,8 +25,7 @@ from tests.blind.windy import windy_rig
 def logs_of(kind, index=0, count=2, seconds=40.0):
     """Logs of a blind rig in open loop, cut to ``seconds``."""
     made = Case("test", kind, 20).rig(index)
-    rows = round(100.0 * seconds)
-    return [log_of(f"log {n}", 100.0, s[:rows]) for n, s in enumerate(made.train[:count])], made.truth
+    return [log_of(f"log {n}", 100.0, s[: round(100 * seconds)]) for n, s in enumerate(made.train[:count])], made.truth
 
 
 @pytest.fixture(scope="module")

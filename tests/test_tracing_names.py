@@ -32,8 +32,7 @@ def searched(kind, index=0):
     """Selection and truth of a blind rig with three logs of 60 s."""
     logs, truth = logs_of(kind, index, count=3, seconds=60.0)
     likelihood = likelihood_of(logs)
-    null = fit_log_spread(fit(likelihood, likelihood.rig.base))
-    return select(null, likelihood.rig.candidates), truth
+    return select(fit_log_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates), truth
 
 
 def shown(selection):

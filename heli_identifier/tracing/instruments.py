@@ -132,8 +132,7 @@ def instruments(
     """Estimate every axis by instrumental variables; if nothing moved an axis from outside, half-widths are infinite.
 
     Each log has ``signals`` s (N, n), ``references`` (N, m) from outside, zero where it lacks a column, its sampling
-    rate [Hz], and ``keep`` (N,), which is False where a sample says nothing (an axis at rest, a hand).
-    A log that is slower than 25 Hz is refused.
+    rate [Hz], at least 25 Hz, and ``keep`` (N,), which is False where a sample says nothing (an axis at rest, a hand).
     """
     for index, rate in enumerate(rates):
         if rate < SEEN_AT * (1.0 - 1e-6):

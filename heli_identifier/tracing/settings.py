@@ -1,4 +1,4 @@
-"""Every constant of the tracer with its reason, and what is given of one rig."""
+"""Constants of the tracer with their reasons, and what is given of one rig. Numbers of one formula stand beside it."""
 
 from dataclasses import dataclass, fields
 from itertools import product
