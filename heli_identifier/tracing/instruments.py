@@ -96,15 +96,6 @@ class AxisInstruments:
     """regressors, instruments, whitening: Phi and Z of each log, and the whitening filter."""
 
 
-@dataclass(frozen=True)
-class Judgement:
-    """Whether a plant contradicts an axis's ``freedom`` instruments: chi2, and how often a true plant exceeds it."""
-
-    chi2: float
-    freedom: int
-    p_value: float
-
-
 @dataclass(frozen=True, eq=False)
 class InstrumentEstimates:
     """Estimates of all axes, in the order of the regressions, from logs of these rates [Hz]."""
@@ -112,14 +103,15 @@ class InstrumentEstimates:
     axes: tuple[AxisInstruments, ...]
     rates: tuple[float, ...]
 
-    def judge(self, plant: Sequence[Array]) -> tuple[Judgement, ...]:
-        """Judge a plant, nonlinear or not, axis by axis.
+    def judge(self, plant: Sequence[Array]) -> tuple[float, int]:
+        """Judge a plant, nonlinear or not, by chi2 over all axes and its degrees of freedom.
 
         ``plant`` has for each log its accelerations (N, number of axes) [rad/s2] at the measured angles, rates and
         motor voltages, at the log's own rate.
         """
         reduced = [differentiate(reduce_rate(a, rate), 0) for a, rate in zip(plant, self.rates, strict=True)]
-        return tuple(_judgement(axis, [a[:, i : i + 1] for a in reduced]) for i, axis in enumerate(self.axes))
+        chi2 = [_judge_axis(axis, [a[:, i : i + 1] for a in reduced]) for i, axis in enumerate(self.axes)]
+        return sum(chi2), sum(len(axis.parameters) for axis in self.axes)
 
 
 def instruments(
@@ -188,11 +180,11 @@ def _estimate_axis(
     return replace(nothing, values=values, half_widths=widths, shares=_shares(x, z), whitening=white)
 
 
-def _judgement(axis: AxisInstruments, plant: Rows) -> Judgement:
+def _judge_axis(axis: AxisInstruments, plant: Rows) -> float:
     """Hotelling's statistic of the block scores of a plant's residual, given as chi-squared."""
     k = len(axis.parameters)
     if not np.isfinite(axis.values).all():
-        return Judgement(0.0, k, 1.0)
+        return 0.0
     residuals = [y - a for y, a in zip(axis.accelerations, plant, strict=True)]
     (e, z), number = whitened_rows(axis.whitening, axis.blocks, residuals, axis.instruments)
     scores = sum_blocks(z / (np.linalg.norm(z, axis=0) + 1e-300) * e, number)
@@ -200,7 +192,7 @@ def _judgement(axis: AxisInstruments, plant: Rows) -> Judgement:
     q = float(total @ np.linalg.lstsq(scores.T @ scores, total, rcond=1e-10)[0])
     free = max(count - k, 1)
     p_value = float(fdtrc(k, free, free / k * q / max(count - q, 1e-12)))
-    return Judgement(float(chdtri(k, max(p_value, 1e-300))), k, p_value)
+    return float(chdtri(k, max(p_value, 1e-300)))
 
 
 def _shares(x: Array, z: Array) -> Array:
