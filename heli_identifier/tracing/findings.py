@@ -124,9 +124,8 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
     A delay of the voltages, in the rig or in its log, may explain the timing about as well.
     """
     lag, effects = lag_score(fitted, C), {effect.field: effect for effect in fitted.likelihood.rig.effects}
-    if LAG_FIELD not in effects:  # the configuration gives it: it is part of the model before
-        return None
-    if lag.score <= NAMED or abs(lag.value) < TIMED:
+    given = LAG_FIELD not in effects  # by the configuration: it is part of the model before
+    if given or lag.score <= NAMED or abs(lag.value) < TIMED:
         return None
     form = selection.form.without([LAG_FIELD])
     rivals = [e for e in form.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]

@@ -6,7 +6,7 @@ docs/howto/another-rig.md brings one.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from itertools import product
 from math import copysign, exp, inf, pi
 from typing import ClassVar
@@ -166,10 +166,6 @@ class Rig:
         """Entries of the catalogue that the search may add to the base."""
         return tuple(effect for effect in self.effects if effect.field not in self.base)
 
-    def with_priors(self, priors: Mapping[str, tuple[float, float]]) -> "Rig":
-        """Return the same rig with other priors: centre and width by field."""
-        return replace(self, known={**self.known, **priors})
-
     def assign(self, p: PlantParameters, values: Mapping[str, float]) -> PlantParameters:
         """Set parameters as :meth:`read` gives them.
 
@@ -284,6 +280,7 @@ def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -
     """
     settings, voltages = settings or DiagnosisSettings(), np.concatenate([log.voltages for log in logs])
     given = {name: (value.value, value.standard_error or 0.0) for name, value in settings.effects.items()}
+    fixed = {"theta0": settings.rest_pitch, "k_z": settings.elevation_gain, **given}
     largest, lowest = float(abs(voltages).max()), min(float(log.angles[:, 1].min()) for log in logs)
     parameters = PlantParameters(
         **{
@@ -293,7 +290,7 @@ def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -
         }
     )  # fmt: skip
     return Rig(
-        (*(field for field in BASE if field not in settings.given | given.keys()), *given), parameters,
+        (*(field for field in BASE if fixed.get(field) is None), *given), parameters,
         2.0 * pi / np.array(settings.counts, dtype=float),
         tuple(_effect(law, lowest, settings) for law in CATALOGUE if law.field not in given),
         float(np.median(np.abs(voltages))), given | settings.geometry.priors(),

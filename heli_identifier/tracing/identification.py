@@ -172,7 +172,8 @@ def identify_plant(
         selection, unknown = _search(Likelihood.of(training, rig), candidates, defects)
     gains, dropped = _weigh_possible(selection)
     plant = fit_delivered(selection, dropped)
-    if idle := _find_idle(plant, selection):
+    chosen = [finding.effect.field for finding in selection.findings if finding.effect.fault is None]
+    if idle := [name for name in chosen if name in plant.fields and not plant.estimate(name)]:  # others replace them
         acting = tuple(finding for finding in selection.findings if finding.effect.field not in idle)
         selection = replace(selection, findings=acting)
         plant = fit_delivered(selection, [*dropped, *idle])
@@ -234,12 +235,6 @@ def _weigh_possible(selection: Selection) -> tuple[dict[str, float], list[str]]:
         judged.remove(worst)
         dropped.append(worst)
     return gains, dropped
-
-
-def _find_idle(plant: Fit, selection: Selection) -> list[str]:
-    """Effects of the search with a coefficient of zero in the delivered plant, where other effects replace them."""
-    chosen = (finding.effect.field for finding in selection.findings if finding.effect.fault is None)
-    return [field for field in chosen if field in plant.fields and not plant.estimate(field)]
 
 
 def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:

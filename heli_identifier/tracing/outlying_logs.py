@@ -255,6 +255,5 @@ def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
 
 def _sign(estimate: Estimate) -> int:
     """Return -1 or 1 where a sign is beyond chance, else 0."""
-    if abs(estimate.value) <= OUTLIER * (estimate.standard_error or 0.0):
-        return 0
-    return 1 if estimate.value > 0.0 else -1
+    sure = abs(estimate.value) > OUTLIER * (estimate.standard_error or 0.0)
+    return sure * (1 if estimate.value > 0.0 else -1)

@@ -195,9 +195,3 @@ class DiagnosisSettings(GivenRig):
         given = {one.name: getattr(configuration, one.name) for one in fields(GivenRig)}
         form = configuration.format
         return cls(**given, voltage_limit=form.voltage_limit, counts=form.encoder_counts)
-
-    @property
-    def given(self) -> frozenset[str]:
-        """Parameters of the simplified model that no fit estimates."""
-        values = {"theta0": self.rest_pitch, "k_z": self.elevation_gain}
-        return frozenset(name for name, value in values.items() if value is not None)
