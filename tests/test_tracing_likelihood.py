@@ -234,7 +234,7 @@ AXIS = (0.1, 0.6)
 
 def solved(rho: float, c: float, f: float, psi: float, k: float = 40.0) -> filters.AxisFilter:
     """Filter of the axis in one air, with an encoder that turns slowly."""
-    return filters.axis_filters(np.array([[H, *AXIS, rho, c, f, psi, k]]))[0]
+    return filters.filters(H, [AXIS], np.array([[rho, c, f, psi, k]]).T)[0]
 
 
 def van_loan(rho: float, c: float, f: float, psi: float) -> tuple[np.ndarray, np.ndarray]:

@@ -105,19 +105,13 @@ def filters(h: float, linear: Sequence[tuple[float, float]], air: Array) -> list
 
     ``linear`` are their dampings [1/s] and stiffnesses [1/s^2], ``air`` (5, n) what :func:`physical` gives.
     """
-    return _cached_filters(h, tuple(linear), tuple(map(tuple, air.T.tolist())))
+    return _solve_filters(tuple((h, *plant, *torque) for plant, torque in zip(linear, air.T.tolist(), strict=True)))
 
 
 @lru_cache(maxsize=256)
-def _cached_filters(
-    h: float, linear: tuple[tuple[float, float], ...], air: tuple[tuple[float, ...], ...]
-) -> list[AxisFilter]:
-    return axis_filters(np.array([(h, *plant, *torque) for plant, torque in zip(linear, air, strict=True)]))
-
-
-def axis_filters(rows: Array) -> list[AxisFilter]:
-    """Solve the filters of rows (n, 8): h [s], damping [1/s], stiffness [1/s^2], then what ``air`` has."""
-    h, damping, stiffness, rho, c, f, psi, k = rows.T
+def _solve_filters(rows: tuple[tuple[float, ...], ...]) -> list[AxisFilter]:
+    """Solve the filters of n rows: h [s], damping [1/s], stiffness [1/s^2], then what ``air`` has."""
+    h, damping, stiffness, rho, c, f, psi, k = np.array(rows).T
     w, cosine, sine = np.sqrt(c * f), np.cos(psi), np.sin(psi)
     R = np.moveaxis(np.array([[cosine, sine], [-sine, cosine]]), 2, 0)
     flow, drive = np.zeros((2, len(rows), 4, 4))
