@@ -13,7 +13,8 @@ from heli_identifier.chain import MARGIN
 from heli_identifier.records import Event, Log
 from heli_identifier.tracing import helicopter, sensitivity
 from heli_identifier.tracing import noise as filters
-from heli_identifier.tracing.fit import Fit, bounded_step, covariance, fit, fit_log_spread, known_fit
+from heli_identifier.tracing.fit import Fit, bounded_step, covariance, fit, known_fit
+from heli_identifier.tracing.log_parameters import fit_log_spread
 from heli_identifier.tracing.rig import block_samples, record_of, records_of
 from heli_identifier.tracing.settings import COLOURED, OUTLIER, PER_LOG_PRIOR
 from heli_plant.laws import thrust_voltage
@@ -24,8 +25,7 @@ from tests.blind.windy import windy_rig
 def logs_of(kind, index=0, count=2, seconds=40.0):
     """Logs of a blind rig in open loop, cut to ``seconds``."""
     made = Case("test", kind, 20).rig(index)
-    rows = round(100.0 * seconds)
-    return [log_of(f"log {n}", 100.0, s[:rows]) for n, s in enumerate(made.train[:count])], made.truth
+    return [log_of(f"log {n}", 100.0, s[: round(100 * seconds)]) for n, s in enumerate(made.train[:count])], made.truth
 
 
 @pytest.fixture(scope="module")
@@ -234,7 +234,7 @@ AXIS = (0.1, 0.6)
 
 def solved(rho: float, c: float, f: float, psi: float, k: float = 40.0) -> filters.AxisFilter:
     """Filter of the axis in one air, with an encoder that turns slowly."""
-    return filters.axis_filters(np.array([[H, *AXIS, rho, c, f, psi, k]]))[0]
+    return filters.filters(H, [AXIS], np.array([[rho, c, f, psi, k]]).T)[0]
 
 
 def van_loan(rho: float, c: float, f: float, psi: float) -> tuple[np.ndarray, np.ndarray]:

@@ -12,7 +12,8 @@ from scipy.stats import chi2
 from benchmarks.rigs import likelihood_of, windy_logs
 from heli_identifier.results import log_likelihood
 from heli_identifier.tracing import Verdict, helicopter, select
-from heli_identifier.tracing.fit import covariance, fit, fit_log_spread
+from heli_identifier.tracing.fit import covariance, fit
+from heli_identifier.tracing.log_parameters import fit_log_spread
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_time
@@ -31,8 +32,7 @@ def searched(kind, index=0):
     """Selection and truth of a blind rig with three logs of 60 s."""
     logs, truth = logs_of(kind, index, count=3, seconds=60.0)
     likelihood = likelihood_of(logs)
-    null = fit_log_spread(fit(likelihood, likelihood.rig.base))
-    return select(null, likelihood.rig.candidates), truth
+    return select(fit_log_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates), truth
 
 
 def shown(selection):

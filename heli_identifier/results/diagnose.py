@@ -173,8 +173,7 @@ def _check_logs(
 def _judge_plant(instruments: InstrumentEstimates, records: Sequence[Record], plant: Fit) -> tuple[float, int]:
     """Return chi2 and degrees of freedom, over all axes, of the instruments' judgement of a plant on training logs."""
     rig = plant.likelihood.rig
-    axes = instruments.judge([rig.plant_accelerations(record, plant.parameters)[0] for record in records])
-    return sum(axis.chi2 for axis in axes), sum(axis.freedom for axis in axes)
+    return instruments.judge([rig.plant_accelerations(record, plant.parameters)[0] for record in records])
 
 
 def _rig_verdict(effects: Sequence[FoundEffect]) -> RigVerdict:

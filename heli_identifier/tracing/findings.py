@@ -1,19 +1,11 @@
 """From a selection to what a diagnosis states: effects, the catalogue's verdicts, what every parameter rests on.
 
 A likelihood is as good as its model of the air. References move the rig and do not depend on the air, so instruments
-made of them need no such model: they judge the result of the likelihood.
-
-* The instruments' interval is narrow and contains the likelihood's value: *determined from outside*.
-* It excludes that value, however wide it is: the two contradict each other. The value is *not determined*, and no
-  controller should be designed on it.
-* The instruments' interval is wide, but references move the parameter and the likelihood's interval is narrow: it
-  *rests on the noise model*.
-* Otherwise: *not determined*. The value is the likeliest one within the plausible range of any rig of this kind. A gain
-  that no reference moves is determined only if three times its interval would be narrow enough: in quiet flights in air
-  that swirls, one in six of the others is wrong.
+made of them need no such model: they judge the result of the likelihood, as docs/explanation/tracing.md says under
+"What a value rests on".
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Sequence
 from math import copysign, floor, inf, log10, sqrt
 from operator import attrgetter
 
@@ -25,7 +17,7 @@ from heli_identifier.online import CONTRADICTION, Estimate
 from .fit import Fit, covariance
 from .helicopter import LAG_FIELD
 from .instruments import InstrumentEstimates
-from .rig import Array, Effect
+from .rig import Array, Effect, Parameters
 from .score import Score
 from .select import Finding, Selection
 from .settings import CONFIRMED, DETERMINED, KEPT, MATTERS, NAMED, OUTLIER, TIMED
@@ -56,12 +48,22 @@ def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimat
             c, x = fitted.coordinates[curve], fitted.x[curve]
             error = float(abs(c.value(x) - c.value(x - copysign(1.96 * sqrt(C[curve, curve]), x))) / 1.96)
         else:
-            gradient = fitted.gradient(attrgetter(name))
+            gradient = _gradient(fitted, attrgetter(name))
             if curve is not None:
                 gradient[curve] = 0.0
             error = float(np.sqrt(gradient @ C @ gradient)) if gradient.any() else None
         found[name] = Estimate(float(getattr(fitted.parameters, name)), error, units[name])
     return found
+
+
+def _gradient(fitted: Fit, read: Callable[[Parameters], float]) -> Array:
+    """Return the derivatives (P,), by the coordinates of the plant, of a number that ``read`` takes from it."""
+    rig, slopes = fitted.likelihood.rig, np.empty(len(fitted.fields))
+    for i in range(len(slopes)):
+        c, x = fitted.coordinates[i], fitted.x[i]
+        low, high = (read(rig.assign(fitted.parameters, c.assigned(x + d))) for d in (-1e-4, 1e-4))
+        slopes[i] = (high - low) / 2e-4
+    return slopes
 
 
 def lag_score(fitted: Fit, C: Array) -> Score:
@@ -122,9 +124,8 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
     A delay of the voltages, in the rig or in its log, may explain the timing about as well.
     """
     lag, effects = lag_score(fitted, C), {effect.field: effect for effect in fitted.likelihood.rig.effects}
-    if LAG_FIELD not in effects:  # the configuration gives it: it is part of the model before
-        return None
-    if lag.score <= NAMED or abs(lag.value) < TIMED:
+    given = LAG_FIELD not in effects  # by the configuration: it is part of the model before
+    if given or lag.score <= NAMED or abs(lag.value) < TIMED:
         return None
     form = selection.form.without([LAG_FIELD])
     rivals = [e for e in form.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
@@ -191,17 +192,6 @@ def _bound(effect: Effect, estimate: Estimate) -> float:
     return max(high, estimate.standard_error or 0.0) if effect.lower >= 0.0 else max(abs(low), abs(high))
 
 
-def correlation(selection: Selection, among: Collection[str]) -> tuple[tuple[tuple[str, str], ...], Array]:
-    """Correlations between the signatures of the catalogue, beside the effects in the model."""
-    form = selection.form
-    names = [name for name in form.effects if name in among and name in selection.scores]
-    columns = [selection.scores[name].column for name in names]
-    G = form.signatures(columns, form.selected)
-    scale = np.sqrt(np.maximum(np.diag(G), 1e-12))
-    labels = tuple((form.effects[name].name, form.effects[name].axis) for name in names)
-    return labels, np.clip(G / scale / scale[:, None], -1.0, 1.0)
-
-
 def parameter_reports(
     fitted: Fit, C: Array, outside: InstrumentEstimates | None, structure: Sequence[tuple[Effect, Array]]
 ) -> dict[str, ParameterReport]:
@@ -238,9 +228,8 @@ def parameter_reports(
                 if 2.0 * moves[i] ** 2 > C[i, i]:  # most of the interval, so one effect at most
                     what = f"{effect.name.replace('_', ' ')} of the {effect.axis}"
                     why, experiment = f"{why}, as these logs leave the {what} open", effect.experiment
-        plausible = (low, high)
         reports[name] = ParameterReport(
-            estimate, determination, share, instrument, contradicted, plausible, why, experiment
+            estimate, determination, share, instrument, contradicted, (low, high), why, experiment
         )
     return reports
 

@@ -1,55 +1,45 @@
 """The bench helicopter as a rig: all that the tracer knows of the plant whose logs it reads.
 
-This module and :mod:`.motion` are the only ones of this room that import the plant. The likelihood, the search and the
-instruments work with any plant of this form: axes with one angle and one acceleration each, inputs that are held over a
-sample, and parameters that enter the accelerations. docs/howto/another-rig.md brings one.
+The likelihood, the search and the instruments work with any plant of this form: axes with one angle and one
+acceleration each, inputs that are held over a sample, and parameters that enter the accelerations.
+docs/howto/another-rig.md brings one.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from math import atan2, copysign, exp, hypot, inf, pi
+from dataclasses import dataclass, field
+from itertools import product
+from math import copysign, exp, inf, pi
 from typing import ClassVar
 
 import numpy as np
-from scipy.signal import cont2discrete, lfilter
 
-from heli_identifier.chain import local_cubic
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import Log
 from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, effect_of
 from heli_plant.effects import Effect as Law
-from heli_plant.laws import bending_acceleration, motor_input, thrust_voltage
+from heli_plant.laws import motor_input, thrust_voltage
 from heli_plant.parameters import BY_FIELD, PlantParameters
 from heli_plant.simulation import ALONE, run_accelerations, run_alone, run_filter
 from heli_plant.state import PlantState
 from heli_plant.tabulated_torque import KNOTS, VARIABLES
 
-from .instruments import InstrumentEstimates, Regression
+from .instruments import Regression
 from .motion import (
-    CONSTANTS,
     LATE,
     Tables,
-    drawn_variable,
+    arm_readings,
     equation_terms,
+    estimate_equations,
+    partial_residual,
+    plant_accelerations,
     record_start,
     signals_of,
-    smooth_acceleration,
-    smooth_motion,
-    sum_thrust,
+    state_in_motion,
     thrust_slopes,
 )
 from .noise import physical
 from .rig import Array, Coordinate, Effect, Record
-from .settings import (
-    CATALOGUE_WIDTHS,
-    DIFFERENCE,
-    GAIN_WIDTH,
-    MOTION_WINDOW,
-    PER_LOG,
-    TIMED,
-    WINDOW,
-    DiagnosisSettings,
-)
+from .settings import CATALOGUE_WIDTHS, DIFFERENCE, GAIN_WIDTH, PER_LOG, TIMED, DiagnosisSettings
 
 LAG_FIELD = "motor_lag_rotors"
 BASE = (*ModelParameters._fields, LAG_FIELD)
@@ -81,9 +71,6 @@ Elevation: the balanced arm's period is longer than some 3 s, the counterweight 
 LAG_WIDTH = 0.04
 """Width [s] of the prior of the motors' lag about the given one: half of a usual lag."""
 
-GROUND_CLEARANCE = 0.02
-"""The ground lies so far [rad] below the lowest elevation in the logs."""
-
 _FULL_THRUST: Mapping[str, float] = {"k_x": 3.0, "k_z": 1.0, "k_y": 1.0}
 """Accelerations [rad/s^2] at the voltage limit: half of it on both rotors lifts a balanced arm with about 1 rad/s^2,
 the travel turns the same mass, the body's smaller inertia makes the pitch some three times faster."""
@@ -111,21 +98,19 @@ _EXPERIMENTS: Mapping[str, str] = {
 }
 """Experiments that determine a parameter."""
 
-
 _DIFFERENCE: Mapping[str, float] = {"dead_zone": 0.1, "input_delay": 0.01, "motor_lag": 0.01}
 """Finite differences [V], [s] of laws with corners in their coefficient: about a sample, or what logs resolve."""
 
 
 def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
-    """Entry of the catalogue as the tracer sees it; ``lowest`` is the lowest elevation in the logs [rad]."""
+    """Entry of the catalogue as the tracer sees it; the ground lies .02 rad below the ``lowest`` elevation [rad]."""
     known = settings.horizontal is not None
     estimated = [s for s in entry.shapes if s.estimated or (s.field == HORIZONTAL and not known)]
-    starts: tuple[dict[str, float], ...] = ({},)
-    for shape in entry.shapes:
-        if shape.start == STEP_TIMES or (shape.field == HORIZONTAL and known):
-            continue
-        values = (lowest - GROUND_CLEARANCE,) if shape.start == "lowest elevation" else shape.grid or (shape.default,)
-        starts = tuple({**start, shape.field: value} for start in starts for value in values)
+    grids = {
+        s.field: (lowest - 0.02,) if s.start == "lowest elevation" else s.grid or (s.default,)
+        for s in entry.shapes if s.start != STEP_TIMES and not (s.field == HORIZONTAL and known)
+    }  # fmt: skip
+    starts = tuple(dict(zip(grids, values, strict=True)) for values in product(*grids.values()))
     return Effect(
         entry.field, entry.name, entry.axis, entry.unit, entry.lower, entry.upper, entry.family,
         tuple(s.field for s in estimated), starts, entry.experiment,
@@ -166,32 +151,20 @@ class Rig:
     accelerations = staticmethod(run_accelerations)
     simulate = staticmethod(run_alone)
     initial_state = staticmethod(record_start)
+    readings = staticmethod(arm_readings)
+    state_in_motion = staticmethod(state_in_motion)
+    plant_accelerations = staticmethod(plant_accelerations)
+    partial_residual = staticmethod(partial_residual)
 
     @staticmethod
     def air(z: Array) -> Array:
         """Return :func:`.noise.physical` of the axes' air at its coordinates z (5, 3)."""
         return physical(z, _USUAL_AIR)
 
-    @staticmethod
-    def readings(record: Record, plants: Sequence[PlantParameters]) -> Iterator[Array]:
-        """Return reading minus angle [rad], (N, 3) each, of plants with the same rotors, whose arms bend."""
-        mu = sum_thrust(record, plants[0])
-        for p in plants:
-            bending = np.zeros((record.samples, 3))
-            q, rate, drive = (bending_acceleration(*unit, p) for unit in np.eye(3).tolist())  # the law is linear
-            if drive:
-                b, a, _ = cont2discrete(([drive], [1.0, -rate, -q]), record.step, "foh")
-                bending[:, 1] = lfilter(b[0], a, mu - mu[0]) - drive / q * mu[0]
-            yield bending
-
     @property
     def candidates(self) -> tuple[Effect, ...]:
         """Entries of the catalogue that the search may add to the base."""
         return tuple(effect for effect in self.effects if effect.field not in self.base)
-
-    def with_priors(self, priors: Mapping[str, tuple[float, float]]) -> "Rig":
-        """Return the same rig with other priors: centre and width by field."""
-        return replace(self, known={**self.known, **priors})
 
     def assign(self, p: PlantParameters, values: Mapping[str, float]) -> PlantParameters:
         """Set parameters as :meth:`read` gives them.
@@ -223,8 +196,7 @@ class Rig:
         return dict(zip(GAINS, (slope, slope, share), strict=True)) | dict.fromkeys(driven, share)
 
     def _lift(self, p: PlantParameters) -> float:
-        thrust = thrust_voltage(motor_input(self.operating_point, p), 0.0, p)
-        return 2.0 * float(p.k_z) * thrust
+        return 2.0 * float(p.k_z) * thrust_voltage(motor_input(self.operating_point, p), 0.0, p)
 
     def scale_gains(self, p: PlantParameters, factors: Sequence[float]) -> PlantParameters:
         """Multiply the gains of a plant by ``factors``; a_1 keeps the value that :meth:`read` gives."""
@@ -239,17 +211,6 @@ class Rig:
         """Whether each axis is stable on its own, so that a free run of the plant has a meaning."""
         stiffness = (p.a_th, p.a_e, p.cable_stiffness_travel)
         return tuple(k > 0.0 and a > 0.0 for k, a in zip(stiffness, (p.a_wx, p.a_wz, p.a_wy), strict=True))
-
-    def state_in_motion(self, carry: Array, motion: Array) -> Array:
-        """State (21,) of a filter in a measured motion (6,), with motors and bending of ``carry`` and calm air.
-
-        The state has the elevation of the rigid arm: that of the encoder minus the bending.
-        """
-        state = np.zeros(len(carry))
-        state[:6], state[6 : len(self.state)] = motion, carry[6 : len(self.state)]
-        state[1] -= carry[8]
-        state[4] -= carry[9]
-        return state
 
     def coordinate(self, field: str, start: PlantParameters) -> Coordinate:
         """Prior of a parameter; ``start`` has the signs of the gains."""
@@ -289,47 +250,9 @@ class Rig:
         return Coordinate(field, centre, width, lower, entry.upper, step=step, in_reading=entry.place == BENDING)
 
     def estimate(self, records: Sequence[Record]) -> PlantParameters:
-        """Least squares on smoothed derivatives: biased by the air, good enough for the start of a fit."""
-        values: dict[str, float] = {}
-        every = [signals_of(record, self.parameters) for record in records]
-        for i, (moving, constant) in enumerate(zip(equation_terms(0.0), CONSTANTS, strict=True)):
-            terms, X, y = (*moving, *constant), list[Array](), list[Array]()
-            for record, signals in zip(records, every, strict=True):
-                window = int(WINDOW / record.step)
-                long = record.samples > 4 * window
-                inner, ends = (slice(window, -window), "nearest") if long else (slice(None), "interp")
-                smooth = (local_cubic(term.of(signals), record.step, WINDOW, term.order, ends) for term in terms)
-                X.append(np.column_stack([column[inner] for column in smooth]))
-                y.append(local_cubic(record.angles[:, i], record.step, WINDOW, 2, ends)[inner])
-            theta = np.linalg.lstsq(np.concatenate(X), np.concatenate(y), rcond=None)[0]
-            values |= {term.name: float(value) for term, value in zip(terms, theta, strict=True)}
-        sine, cosine = values["a_th"], values["theta0"]
-        values["a_th"] = copysign(hypot(sine, cosine), sine)
-        values["theta0"] = atan2(copysign(1.0, sine) * cosine, abs(sine))
+        """Return a plant that is good enough for the start of a fit."""
+        values = estimate_equations(records, self.parameters)
         return self.parameters._replace(**{name: value for name, value in values.items() if name in self.base})
-
-    def plant_accelerations(self, record: Record, *plants: PlantParameters, window: float = MOTION_WINDOW) -> Array:
-        """Accelerations (m, N, 3) [rad/s^2] of plants along the measured motion, smoothed over ``window`` [s]."""
-        out = np.moveaxis(run_accelerations(record, plants, smooth_motion(record, window))[0], 0, 2).copy()
-        out[:, 1:] = 0.5 * (out[:, 1:] + out[:, :-1])  # from the middles of the steps to their ends
-        return out
-
-    def partial_residual(
-        self, record: Record, parameters: PlantParameters, bare: PlantParameters, effect: Effect
-    ) -> tuple[str, str, str, Array, Array, Array]:
-        """Return the points of an effect's curve; an effect of the rotors is drawn on the elevation.
-
-        Returned are axis, variable, its unit and its values, the measured acceleration minus that of ``bare``, the
-        plant without the effect, and the acceleration by the effect, both smoothed.
-        """
-        axis, h = AXES.index("elevation" if effect.axis not in AXES else effect.axis), record.step
-        both = self.plant_accelerations(record, parameters, bare, window=WINDOW)
-        whole, without = (smooth_acceleration(of_plant[:, axis], h) for of_plant in both)
-        inner = slice(round(1.0 / h), -round(1.0 / h))
-        y = local_cubic(record.angles[:, axis], h, WINDOW, 2) - without
-        motion = smooth_motion(record, WINDOW)
-        variable, unit, x = drawn_variable(record, effect.drawn_against, axis, motion, parameters)
-        return AXES[axis], variable, unit, x[inner], y[inner], (whole - without)[inner]
 
     def regressions(
         self, records: Sequence[Record], parameters: PlantParameters
@@ -337,8 +260,8 @@ class Rig:
         """Equations of motion for instruments, and their signals (N, 7), record after record.
 
         The accelerations by effects and tables of the plant count as known. The motors' lag is that of this rig, not
-        of the ``parameters``, and its error is one more parameter of every axis (:meth:`lag_by_references`):
-        instruments that took the lag from the likelihood would confirm a gain that is wrong because of it.
+        of the ``parameters``, and its error is one more parameter of every axis: instruments that took the lag from the
+        likelihood would confirm a gain that is wrong because of it.
         """
         terms = [(*moving, late) for moving, late in zip(equation_terms(parameters.theta0), LATE, strict=True)]
         off = dict.fromkeys((law.field for law in CATALOGUE if law.field != LAG_FIELD), 0.0)
@@ -349,17 +272,6 @@ class Rig:
             for i, (axis, of_axis) in enumerate(zip(AXES, terms, strict=True))
         ], (signals_of(record, self.parameters, late=True) for record in records)
 
-    def lag_by_references(self, found: InstrumentEstimates, used: float) -> float:
-        """Return the motors' lag [s] that instruments find, beside the given one as a prior; they ``used`` this lag."""
-        weighted, weights = self.parameters.T_m / LAG_WIDTH**2, 1.0 / LAG_WIDTH**2
-        for axis, gain, late in zip(found.axes, GAINS, LATE, strict=True):
-            k, slope = (axis.parameters.index(name) for name in (gain, late.name))
-            error = axis.half_widths[slope] / (1.96 * abs(axis.values[k]))
-            if np.isfinite(error):
-                weighted += (used - axis.values[slope] / axis.values[k]) / error**2
-                weights += 1.0 / error**2
-        return float(max(weighted / weights, 0.0))
-
 
 def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -> Rig:
     """Build the rig for logs of one bench helicopter, with its given values.
@@ -368,6 +280,7 @@ def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -
     """
     settings, voltages = settings or DiagnosisSettings(), np.concatenate([log.voltages for log in logs])
     given = {name: (value.value, value.standard_error or 0.0) for name, value in settings.effects.items()}
+    fixed = {"theta0": settings.rest_pitch, "k_z": settings.elevation_gain, **given}
     largest, lowest = float(abs(voltages).max()), min(float(log.angles[:, 1].min()) for log in logs)
     parameters = PlantParameters(
         **{
@@ -377,7 +290,7 @@ def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -
         }
     )  # fmt: skip
     return Rig(
-        (*(field for field in BASE if field not in settings.given | given.keys()), *given), parameters,
+        (*(field for field in BASE if fixed.get(field) is None), *given), parameters,
         2.0 * pi / np.array(settings.counts, dtype=float),
         tuple(_effect(law, lowest, settings) for law in CATALOGUE if law.field not in given),
         float(np.median(np.abs(voltages))), given | settings.geometry.priors(),

@@ -22,20 +22,20 @@ from heli_identifier.chain import (
     undo_delays,
     undo_slips,
 )
-from heli_identifier.errors import LogError
 from heli_identifier.records import ANGLES, Event, Log, check_excitation, check_moving, read_logs
 
 from .findings import catalogue_verdicts, estimates, found_effect, lag_effect, parameter_reports
-from .fit import Fit, covariance, fit, fit_log_spread
-from .helicopter import helicopter
+from .fit import Fit, covariance, fit
+from .helicopter import LAG_WIDTH, Rig, helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
-from .outlying_logs import align_zeros, refuse_mirrored, sign_notes
+from .log_parameters import fit_log_spread
+from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, sign_notes
 from .pushes import find_pushes
 from .references import References, find_references
 from .rig import Effect, average_blocks
 from .select import Finding, Selection, fit_delivered, select
-from .settings import KEPT, ROUNDS, SETTLING, TIMED, UNKNOWN, DiagnosisSettings
+from .settings import KEPT, ROUNDS, SETTLING, TIMED, DiagnosisSettings
 from .stability import halves_agree, left_out_gain, open_structure
 from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
 from .unknown import search_unknown
@@ -131,17 +131,9 @@ def identify_plant(
     held_out: Sequence[Log] = (),
     progress: Progress | None = None,
 ) -> Identification:
-    """Identify the plant of one rig.
+    """Identify the plant of one rig from logs in open loop or under any controllers; several rates may be mixed.
 
-    Parameters
-    ----------
-    logs : Log or sequence of Log
-        Logs of one rig, in open loop or under any controllers; several rates may be mixed.
-    settings : DiagnosisSettings, optional
-        What is given of the rig.
-    held_out : sequence of Log, optional
-        Further logs that nothing is fitted to; their events are found and their zeros aligned with the others.
-    progress : callable, optional
+    Nothing is fitted to the logs ``held_out``; their events are found and their zeros aligned with the others.
 
     Raises
     ------
@@ -180,7 +172,8 @@ def identify_plant(
         selection, unknown = _search(Likelihood.of(training, rig), candidates, defects)
     gains, dropped = _weigh_possible(selection)
     plant = fit_delivered(selection, dropped)
-    if idle := _find_idle(plant, selection):
+    chosen = [finding.effect.field for finding in selection.findings if finding.effect.fault is None]
+    if idle := [name for name in chosen if name in plant.fields and not plant.estimate(name)]:  # others replace them
         acting = tuple(finding for finding in selection.findings if finding.effect.field not in idle)
         selection = replace(selection, findings=acting)
         plant = fit_delivered(selection, [*dropped, *idle])
@@ -215,40 +208,11 @@ def _search(
     null = _fit_null(likelihood)
     refuse_mirrored(null)
     selection = select(null, candidates)
-    _refuse_scaled(selection.fit, defects)
+    refuse_scaled(selection.fit, defects)
     if any(defect.imitates for defect in defects):  # a lasting error of the voltages bends every curve
         return selection, ()
     undone = {fault.field for fault in selection.fit.likelihood.faults}
     return search_unknown(selection, [e for e in candidates if e.fault is None or e.field in undone])
-
-
-def _refuse_scaled(fitted: Fit, defects: Sequence[Defect]) -> None:
-    """Refuse logs with an angle as many times too large as its steps are: gravity and thrust turn with the true angle.
-
-    ``fitted`` has the effects that were found, because a torque that the model lacks may look like a scale.
-
-    Raises
-    ------
-    LogError
-        Divided by that, the logs are likelier by more than :data:`.settings.UNKNOWN` nats, the change of unit allowed.
-    """
-    likelihood, axes = fitted.likelihood, fitted.likelihood.rig.axes
-    for defect in defects:
-        if defect.name != "counts":
-            continue
-        scale = np.where(np.array(axes) == defect.channel, 1.0 / defect.ratio, 1.0)
-        begin, scaled = likelihood.rig.initial_state, [record.angles * scale for record in likelihood.records]
-        records = tuple(
-            replace(record, angles=angles, start=begin(angles, record.inputs, record.step))
-            for record, angles in zip(likelihood.records, scaled, strict=True)
-        )
-        counted = sum(float(record.weights[:, axes.index(defect.channel)].sum()) for record in records)
-        other = fit(replace(likelihood, records=records), fitted.fields, fitted)
-        if other.value + counted * np.log(defect.ratio) < fitted.value - UNKNOWN:
-            raise LogError(
-                f"the {defect.channel} is {defect.ratio:.3g} times too large: its steps say so, and so do the other "
-                "axes. Correct its unit or its factor."
-            )
 
 
 def _weigh_possible(selection: Selection) -> tuple[dict[str, float], list[str]]:
@@ -273,12 +237,6 @@ def _weigh_possible(selection: Selection) -> tuple[dict[str, float], list[str]]:
     return gains, dropped
 
 
-def _find_idle(plant: Fit, selection: Selection) -> list[str]:
-    """Effects of the search with a coefficient of zero in the delivered plant, where other effects replace them."""
-    chosen = (finding.effect.field for finding in selection.findings if finding.effect.fault is None)
-    return [field for field in chosen if field in plant.fields and not plant.estimate(field)]
-
-
 def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:
     """Estimate the parameters by instruments, with the voltages as logged; None where nothing came from outside.
 
@@ -297,7 +255,19 @@ def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -
     for _ in range(ROUNDS):
         rig = replace(given, parameters=given.parameters._replace(T_m=lag))
         found = instruments(*rig.regressions(records, plant.parameters), averaged, rates, keep)
-        used, lag = lag, given.lag_by_references(found, lag)
+        used, lag = lag, _lag_by_references(given, found, lag)
         if abs(lag - used) < TIMED:
             break
     return found
+
+
+def _lag_by_references(given: Rig, found: InstrumentEstimates, used: float) -> float:
+    """Return the motors' lag [s] that instruments find, beside the given one as a prior; they ``used`` this lag."""
+    weighted, weights = given.parameters.T_m / LAG_WIDTH**2, 1.0 / LAG_WIDTH**2
+    for axis, gain in zip(found.axes, given.gains, strict=True):
+        k, slope = (axis.parameters.index(name) for name in (gain, f"{gain} late"))
+        error = axis.half_widths[slope] / (1.96 * abs(axis.values[k]))
+        if np.isfinite(error):
+            weighted += (used - axis.values[slope] / axis.values[k]) / error**2
+            weights += 1.0 / error**2
+    return float(max(weighted / weights, 0.0))

@@ -8,12 +8,14 @@ air into s, so least squares are biased. References b do not depend on the air:
     theta = (Z'Phi)^-1 Z'Y,     V = (Z'Phi)^-1 (sum_b g_b g_b') (Phi'Z)^-1,     g_b = sum of Z e over 4 s
     share_k = min_a |P_Z (Phi_k - Phi_others a)|^2 / min_a |Phi_k - Phi_others a|^2     the outside share, 0 to 1
 
-L is a Butterworth filter of third order at 20 rad/s, everything runs at 25 Hz, and an AR(12) model of the residual
-whitens Y, Phi and Z, four times over. K is fitted on the *other* logs: fitted on the same log it would carry the air of
-that log into Z. A single log is cut into two halves, each with the K of the other less a gap of 2 s, several times the
-air's correlation time. There are as many Z as regressors whatever the number of references: with more references than
-needed this is two-stage least squares, with fewer Z'Phi becomes singular and the intervals say so. There a weak prior
-N(m, P) of the rig's parameters (a damping of elevation is seldom moved from outside) keeps the others determined:
+L is a Butterworth filter of third order at 20 rad/s: above the rig's motion, below where an encoder's counts rule p^2
+y. The Laguerre outputs remember up to 5 s, as a closed loop does. Everything runs at 25 Hz, and an AR(12) model of the
+residual whitens Y, Phi and Z, four times over. K is fitted on the *other* logs: fitted on the same log it would carry
+the air of that log into Z. A single log is cut into two halves, each with the K of the other less a gap of 2 s, several
+times the air's correlation time. There are as many Z as regressors whatever the number of references: with more
+references than needed this is two-stage least squares, with fewer Z'Phi becomes singular and the intervals say so.
+There a weak prior N(m, P) of the rig's parameters (a damping of elevation is seldom moved from outside) keeps the
+others determined:
 
     theta = argmin  g' Omega^-1 g + (theta - m)' P^-1 (theta - m),   g = Z'(Y - Phi theta),   Omega = sum_b g_b g_b'
 
@@ -29,38 +31,31 @@ and chapter 6; J. D. Angrist, G. W. Imbens, A. B. Krueger, J. Appl. Econometrics
 Shea, Rev. Economics and Statistics 79 (1997) 348, for the share.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
-from fractions import Fraction
-from functools import cache
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 from math import inf, nan
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import bilinear, butter, lfilter, resample_poly
 from scipy.special import chdtri, fdtrc, stdtrit
 
 from heli_identifier.errors import LogError
 
+from .instrument_rows import (
+    Rows,
+    Term,
+    differentiate,
+    filter_terms,
+    laguerre_outputs,
+    number_blocks,
+    predict_signals,
+    reduce_rate,
+    sum_blocks,
+    whitened_rows,
+    whitening_filter,
+)
 from .rig import Array
-from .settings import AR_ORDER, BLOCK, CORNER, LAGUERRE_ORDER, LAGUERRE_POLE, SEEN_AT, SETTLING, WHITE_FLOOR
-
-Rows = Sequence[NDArray[Any]]
-
-
-@dataclass(frozen=True)
-class Term:
-    """One regressor of an axis, p^order f(s) with its parameter."""
-
-    name: str
-    """The parameter."""
-    of: Callable[[Array], Array]
-    """f: signals of shape (N, n) to a column of shape (N,)."""
-    order: int = 0
-    """Order of differentiation, 0 or 1."""
-    prior: tuple[float, float] = (0.0, inf)
-    """Prior mean and standard deviation of the parameter, in its unit; infinite without a prior."""
+from .settings import SEEN_AT
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,21 +88,12 @@ class AxisInstruments:
     """Outside shares, 0 to 1, shape (k,)."""
     blocks: Rows
     """Block numbers of the samples, -1 where left out."""
-    accelerations: Rows = field(repr=False)
+    accelerations: Rows
     """L p^2 y of each log, shape (n, 1)."""
-    regressors: Rows = field(repr=False)
-    instruments: Rows = field(repr=False)
-    whitening: Array = field(repr=False)
+    regressors: Rows
+    instruments: Rows
+    whitening: Array
     """regressors, instruments, whitening: Phi and Z of each log, and the whitening filter."""
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """Whether a plant contradicts an axis's ``freedom`` instruments: chi2, and how often a true plant exceeds it."""
-
-    chi2: float
-    freedom: int
-    p_value: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,17 +103,15 @@ class InstrumentEstimates:
     axes: tuple[AxisInstruments, ...]
     rates: tuple[float, ...]
 
-    def judge(self, plant: Sequence[Array]) -> tuple[Judgement, ...]:
-        """Judge a plant, nonlinear or not, axis by axis by its accelerations along the measured motion.
+    def judge(self, plant: Sequence[Array]) -> tuple[float, int]:
+        """Judge a plant, nonlinear or not, by chi2 over all axes and its degrees of freedom.
 
-        Parameters
-        ----------
-        plant : sequence of NDArray, shape (N, number of axes) each
-            For each log the plant's accelerations [rad/s2] at the measured angles, rates and motor voltages, at the
-            log's own rate.
+        ``plant`` has for each log its accelerations (N, number of axes) [rad/s2] at the measured angles, rates and
+        motor voltages, at the log's own rate.
         """
-        reduced = [_filter(_reduce(a, rate), 0) for a, rate in zip(plant, self.rates, strict=True)]
-        return tuple(_judgement(axis, [a[:, i : i + 1] for a in reduced]) for i, axis in enumerate(self.axes))
+        reduced = [differentiate(reduce_rate(a, rate), 0) for a, rate in zip(plant, self.rates, strict=True)]
+        chi2 = [_judge_axis(axis, [a[:, i : i + 1] for a in reduced]) for i, axis in enumerate(self.axes)]
+        return sum(chi2), sum(len(axis.parameters) for axis in self.axes)
 
 
 def instruments(
@@ -139,39 +123,24 @@ def instruments(
 ) -> InstrumentEstimates:
     """Estimate every axis by instrumental variables; if nothing moved an axis from outside, half-widths are infinite.
 
-    Parameters
-    ----------
-    regressions : sequence of Regression
-        The axes.
-    signals : iterable of NDArray, shape (N, n) each
-        s of each log, at its own rate.
-    references : sequence of NDArray, shape (N, m) each
-        Signals from outside, zeros where a log lacks a column.
-    rates : sequence of float
-        Sampling rate of each log [Hz], 25 Hz at least.
-    keep : sequence of NDArray of bool, shape (N,) each, optional
-        False where a sample says nothing (an axis at rest, a hand).
-
-    Raises
-    ------
-    LogError
-        If a log is slower than 25 Hz.
+    Each log has ``signals`` s (N, n), ``references`` (N, m) from outside, zero where it lacks a column, its sampling
+    rate [Hz], at least 25 Hz, and ``keep`` (N,), which is False where a sample says nothing (an axis at rest, a hand).
     """
     for index, rate in enumerate(rates):
         if rate < SEEN_AT * (1.0 - 1e-6):
             raise LogError(f"log {index + 1}: its rate {rate:g} Hz must be at least {SEEN_AT:g} Hz for instruments.")
 
     def reduce_all(every: Iterable[Array]) -> list[Array]:
-        return [_reduce(np.reshape(signal, (len(signal), -1)), rate) for signal, rate in zip(every, rates, strict=True)]
+        return [reduce_rate(signal, rate) for signal, rate in zip(every, rates, strict=True)]
 
     inputs = reduce_all(signals)
-    hats = _cross_fit(inputs, [_bank(b) for b in reduce_all(references)])
+    hats = predict_signals(inputs, [laguerre_outputs(b) for b in reduce_all(references)])
     kept = reduce_all([np.ones(len(b)) if keep is None else keep[i].astype(float) for i, b in enumerate(references)])
-    blocks, axes = _blocks([share[:, 0] > 0.99 for share in kept]), []
+    blocks, axes = number_blocks([share[:, 0] > 0.99 for share in kept]), []
     for axis in regressions:
-        measured = [_filter(y, 2) for y in reduce_all(axis.outputs)]
-        known = [_filter(a, 0) for a in reduce_all(axis.known)] if axis.known else [np.zeros_like(y) for y in measured]
-        phi, z = ([_columns(axis.terms, s) for s in source] for source in (inputs, hats))
+        measured = [differentiate(y, 2) for y in reduce_all(axis.outputs)]
+        known = [differentiate(a, 0) for a in reduce_all(axis.known)] if axis.known else [0.0 * y for y in measured]
+        phi, z = ([filter_terms(axis.terms, s) for s in source] for source in (inputs, hats))
         axes.append(_estimate_axis(axis, measured, known, phi, z, blocks))
     return InstrumentEstimates(tuple(axes), tuple(rates))
 
@@ -189,13 +158,13 @@ def _estimate_axis(
     response = [y - a for y, a in zip(measured, known, strict=True)]
     white, values = nothing.whitening, mean
     for turn in range(6):  # two turns from Z'Z to block scores, then four to let whitening and theta settle
-        (y, x, z), number = _rows(white, blocks, response, phi, hats)
+        (y, x, z), number = whitened_rows(white, blocks, response, phi, hats)
         size = np.linalg.norm(z, axis=0)
         if len(y) < 10 * k or size.max() < 1e-9 * np.linalg.norm(x):
             return nothing
         z = z / (size + 1e-300)
         cross = z.T @ x
-        scores = _scores(z * (y - x @ values[:, None]), number)
+        scores = sum_blocks(z * (y - x @ values[:, None]), number)
         count = len(scores)
         spread = scores.T @ scores * count / max(count - k, 1) if turn else z.T @ z * float(y.var())
         weighted = np.linalg.lstsq(spread, cross, rcond=1e-10)[0]
@@ -206,138 +175,24 @@ def _estimate_axis(
             return nothing
         covariance = np.linalg.inv(scaled) * np.outer(scale, scale)
         values = covariance @ (weighted.T @ (z.T @ y[:, 0]) + mean * std**-2.0)
-        white = _whitening([r[:, 0] - p @ values for r, p in zip(response, phi, strict=True)], blocks)
+        white = whitening_filter([r[:, 0] - p @ values for r, p in zip(response, phi, strict=True)], blocks)
     widths = stdtrit(max(count - k, 1), 0.975) * np.sqrt(np.diag(covariance))
     return replace(nothing, values=values, half_widths=widths, shares=_shares(x, z), whitening=white)
 
 
-def _judgement(axis: AxisInstruments, plant: Rows) -> Judgement:
+def _judge_axis(axis: AxisInstruments, plant: Rows) -> float:
     """Hotelling's statistic of the block scores of a plant's residual, given as chi-squared."""
     k = len(axis.parameters)
     if not np.isfinite(axis.values).all():
-        return Judgement(0.0, k, 1.0)
+        return 0.0
     residuals = [y - a for y, a in zip(axis.accelerations, plant, strict=True)]
-    (e, z), number = _rows(axis.whitening, axis.blocks, residuals, axis.instruments)
-    scores = _scores(z / (np.linalg.norm(z, axis=0) + 1e-300) * e, number)
+    (e, z), number = whitened_rows(axis.whitening, axis.blocks, residuals, axis.instruments)
+    scores = sum_blocks(z / (np.linalg.norm(z, axis=0) + 1e-300) * e, number)
     count, total = len(scores), scores.sum(axis=0)
     q = float(total @ np.linalg.lstsq(scores.T @ scores, total, rcond=1e-10)[0])
     free = max(count - k, 1)
     p_value = float(fdtrc(k, free, free / k * q / max(count - q, 1e-12)))
-    return Judgement(float(chdtri(k, max(p_value, 1e-300))), k, p_value)
-
-
-def _reduce(signal: Array, rate: float) -> Array:
-    """Bring a signal (N, n) to 25 Hz, behind a zero-phase filter against aliasing."""
-    ratio = Fraction(SEEN_AT / rate).limit_denominator(400)
-    if ratio == 1:
-        return np.asarray(signal, dtype=float)
-    return resample_poly(signal, ratio.numerator, ratio.denominator, axis=0, padtype="line")
-
-
-def _filter(signal: Array, order: int) -> Array:
-    """L p^order of a signal, from rest at its first value."""
-    fine = resample_poly(signal - signal[:1], 8, 1, axis=0, padtype="line")
-    return lfilter(*_differentiator(order), fine, axis=0)[::8]
-
-
-@cache
-def _differentiator(order: int) -> tuple[Array, Array]:
-    """L p^order by the bilinear transform at 200 Hz.
-
-    At 25 Hz itself the transform's p^2 would be 12 % too large at the corner, and so would every gain.
-    """
-    numerator, denominator = butter(3, CORNER, analog=True)
-    return bilinear(np.r_[numerator, np.zeros(order)], denominator, 8 * SEEN_AT)
-
-
-def _columns(terms: Sequence[Term], signals: Array) -> Array:
-    """L p^order f(s) of every term, shape (N, k)."""
-    return np.column_stack([_filter(np.asarray(term.of(signals)), term.order) for term in terms])
-
-
-def _bank(references: Array) -> Array:
-    """Laguerre outputs of every reference, shape (N, 8 m): sqrt(2 a)/(p + a) ((p - a)/(p + a))^i."""
-    a = LAGUERRE_POLE
-    outputs = [lfilter(*bilinear([np.sqrt(2.0 * a)], [1.0, a], SEEN_AT), references - references[:1], axis=0)]
-    through = bilinear([1.0, -a], [1.0, a], SEEN_AT)
-    for _ in range(LAGUERRE_ORDER - 1):
-        outputs.append(lfilter(*through, outputs[-1], axis=0))
-    return np.hstack(outputs)
-
-
-def _cross_fit(signals: Sequence[Array], banks: Sequence[Array]) -> tuple[Array, ...]:
-    """s_hat of every log by the K of the others; of a single log's halves by the K of the other half."""
-    if len(signals) == 1:
-        n, gap = len(signals[0]) // 2, round(BLOCK * SEEN_AT / 2.0)
-        ends = [(slice(0, n), slice(n + gap, None)), (slice(n, None), slice(0, max(n - gap, 0)))]
-        halves = [_predict(signals[0][near], banks[0][near], [signals[0][far]], [banks[0][far]]) for near, far in ends]
-        return (np.vstack(halves),)
-    others = [[j for j in range(len(signals)) if j != i] for i in range(len(signals))]
-    return tuple(
-        _predict(signals[i], banks[i], [signals[j] for j in far], [banks[j] for j in far])
-        for i, far in enumerate(others)
-    )
-
-
-def _predict(signals: Array, bank: Array, others: Sequence[Array], banks: Sequence[Array]) -> Array:
-    """Mean + (b - mean b) K, with a ridge of 1e-6 of the mean variance: Laguerre outputs of a short log are alike."""
-    x = np.vstack([b - b.mean(axis=0) for b in banks])
-    y = np.vstack([s - s.mean(axis=0) for s in others])
-    if x.shape[1] == 0 or not np.any(x):
-        return np.tile(signals.mean(axis=0), (len(signals), 1))
-    scale = np.linalg.norm(x, axis=0)
-    scale[scale == 0.0] = inf
-    x /= scale
-    gains = np.linalg.solve(x.T @ x + 1e-6 * np.eye(x.shape[1]), x.T @ y) / scale[:, None]
-    return signals.mean(axis=0) + (bank - bank.mean(axis=0)) @ gains
-
-
-def _blocks(kept: Rows) -> tuple[Array, ...]:
-    """Return each sample the number of its block of 4 s; -1 at the start, where left out, and shortly after that."""
-    numbers, first, length = [], 0, round(BLOCK * SEEN_AT)
-    for keep in kept:
-        number = first + np.arange(len(keep)) // length
-        left_out = np.convolve(~keep, np.ones(AR_ORDER + 12), "full")[: len(keep)] > 0
-        left_out[: round(SETTLING * SEEN_AT)] = left_out[-AR_ORDER:] = True  # filters start at rest; resampling
-        first = int(number[-1]) + 1
-        numbers.append(np.where(left_out, -1, number))
-    return tuple(numbers)
-
-
-def _rows(white: Array, blocks: Rows, *signals: Rows) -> tuple[list[Array], Array]:
-    """Whiten signals of each log, keep the samples that have a block, remove means by log; the block numbers."""
-    parts, ends = [], np.cumsum([rows[0].shape[1] for rows in signals])
-    for number, *columns in zip(blocks, *signals, strict=True):
-        keep = number >= 0
-        bank = lfilter(white, [1.0], np.column_stack(columns), axis=0)[keep]
-        parts.append(bank - bank.mean(axis=0) if keep.any() else bank)
-    return np.split(np.vstack(parts), ends[:-1], axis=1), np.concatenate(blocks)[np.concatenate(blocks) >= 0]
-
-
-def _whitening(residuals: Rows, blocks: Rows) -> Array:
-    """1 - a_1/z - ... of an AR(12) model by least squares over all logs, from samples whose past was kept.
-
-    White noise 20 dB below the residual is added to it: for a log without encoder noise, whitening would amplify the
-    errors of K at high frequencies, and a damping's interval would cover .6; with the added noise it covers .9.
-    """
-    rows = []
-    for e, number in zip(residuals, blocks, strict=True):
-        keep = number >= 0
-        e = np.where(keep, e - e[keep].mean() if keep.any() else 0.0, 0.0)
-        past = np.column_stack([e[AR_ORDER - i : len(e) - i] for i in range(AR_ORDER + 1)])
-        rows.append(past[keep[AR_ORDER:] & keep[:-AR_ORDER]])
-    table = np.vstack(rows)
-    now, past = table[:, 0], table[:, 1:]
-    normal = past.T @ past + WHITE_FLOOR * float(now @ now) * np.eye(AR_ORDER)
-    return np.r_[1.0, -np.linalg.solve(normal, past.T @ now)]
-
-
-def _scores(rows: Array, number: Array) -> Array:
-    """Sum rows over blocks, shape (B, k); blocks with nothing in them left out."""
-    present, index = np.unique(number, return_inverse=True)
-    scores = np.zeros((len(present), rows.shape[1]))
-    np.add.at(scores, index, rows)
-    return scores
+    return float(chdtri(k, max(p_value, 1e-300)))
 
 
 def _shares(x: Array, z: Array) -> Array:

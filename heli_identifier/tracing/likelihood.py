@@ -7,14 +7,10 @@ e are the innovations of the stationary Kalman filter (:mod:`.noise`) around the
 minimises F for given e and stands for the encoder's noise; rho is Huber's loss, u^2/2 up to :data:`.settings.OUTLIER`.
 x are the plant's parameters and z those of the air, in coordinates with standard normal priors. b_l are the per-log
 parameters, random effects with standard deviations tau: constant torques, the start, how far the logarithms of the
-log's gains lie off those of the plant, the zeros of its encoders, and what a hand did to it. Without them a supply that
-sags between two flights looks like a curve of the thrust, and a pitch that was levelled by hand when the rig was
-switched on looks like a torque of the rotors on the travel. F is a negative log posterior in nats. Everything that the
-tracer decides is a difference of F or of its quadratic form (:mod:`.sensitivity`).
-
-F integrates over the constant torques: H_la = N G^2 / sigma^2 is the information of log l about its torque, and G is
-the settled response of the innovations. If the torques were only fitted, the air that is estimated from the rest would
-be too calm at low frequencies, where a controller answers it: k_z of windy rigs comes out .3 standard errors low.
+log's gains lie off those of the plant, the zeros of its encoders, and what a hand did to it. F is a negative log
+posterior in nats. Everything that the tracer decides is a difference of F or of its quadratic form
+(:mod:`.sensitivity`). F integrates over the constant torques: H_la = N G^2 / sigma^2 is the information of log l about
+its torque, and G is the settled response of the innovations. Reasons: docs/explanation/tracing.md.
 
 Sources: Ljung, System Identification, 2nd ed., sections 7.4 and 10.2; Huber 1964; Patterson and Thompson, Biometrika 58
 (1971) 545 (variances from what fitted means leave).

@@ -4,23 +4,26 @@ The rig with its parameters and priors is in :mod:`.helicopter`. These two are t
 the plant.
 """
 
+from collections.abc import Iterator, Sequence
 from functools import cache
+from math import atan2, copysign, hypot
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
+from scipy.signal import cont2discrete, lfilter
 
 from heli_identifier.chain import local_cubic
 from heli_plant.effects import AXES, CATALOGUE, THRUST, VOLTAGE
-from heli_plant.laws import input_delay, motor_input, motor_time_constant, thrust_voltage
+from heli_plant.laws import bending_acceleration, input_delay, motor_input, motor_time_constant, thrust_voltage
 from heli_plant.motor import decay_factor
 from heli_plant.parameters import PlantParameters
-from heli_plant.state import start_state
+from heli_plant.simulation import run_accelerations
+from heli_plant.state import PlantState, start_state
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
 
-from .instruments import Term
-from .rig import Array, Record
-from .settings import TIMED, WINDOW
+from .instrument_rows import Term
+from .rig import Array, Effect, Record
+from .settings import MOTION_WINDOW, TIMED, WINDOW
 
 DAMPING = (0.1, 0.1)
 """Prior mean and standard deviation of every damping for instruments [1/s]: sister rigs have .02 to .25."""
@@ -34,6 +37,18 @@ def record_start(angles: Array, inputs: Array, step: float) -> Array:
     pitch, elevation, travel = map(float, intercepts)
     state = start_state(pitch, elevation, travel, float(inputs[0, 0]), float(inputs[0, 1]), rates)
     return np.array(tuple(state), dtype=float)
+
+
+def state_in_motion(carry: Array, motion: Array) -> Array:
+    """State (21,) of a filter in a measured motion (6,), with motors and bending of ``carry`` and calm air.
+
+    The state has the elevation of the rigid arm: that of the encoder minus the bending.
+    """
+    state = np.zeros(len(carry))
+    state[:6], state[6 : len(PlantState._fields)] = motion, carry[6 : len(PlantState._fields)]
+    state[1] -= carry[8]
+    state[4] -= carry[9]
+    return state
 
 
 def lag_voltages(voltages: Array, h: float, p: PlantParameters) -> Array:
@@ -117,6 +132,18 @@ def sum_thrust(record: Record, p: PlantParameters) -> Array:
     return np.vectorize(lambda v, t: thrust_voltage(v, t, p))(nu, record.time[:, None]).sum(1)
 
 
+def arm_readings(record: Record, plants: Sequence[PlantParameters]) -> Iterator[Array]:
+    """Return reading minus angle [rad], (N, 3) each, of plants with the same rotors, whose arms bend."""
+    mu = sum_thrust(record, plants[0])
+    for p in plants:
+        bending = np.zeros((record.samples, 3))
+        q, rate, drive = (bending_acceleration(*unit, p) for unit in np.eye(3).tolist())  # the law is linear
+        if drive:
+            b, a, _ = cont2discrete(([drive], [1.0, -rate, -q]), record.step, "foh")
+            bending[:, 1] = lfilter(b[0], a, mu - mu[0]) - drive / q * mu[0]
+        yield bending
+
+
 def signals_of(record: Record, p: PlantParameters, late: bool = False) -> Array:
     """Signals (N, 5) of the equations of motion: nu_f + nu_r, nu_f - nu_r, theta, eps, lambda'.
 
@@ -151,6 +178,27 @@ CONSTANTS = ((Term("theta0", lambda s: np.cos(s[:, 2])),), (Term("a_1", lambda s
 """Further terms of the first estimate: a_th sin theta_0 cos theta, and a_1."""
 
 
+def estimate_equations(records: Sequence[Record], p: PlantParameters) -> dict[str, float]:
+    """Estimate the equations of motion by least squares on smoothed derivatives, which the air biases."""
+    values: dict[str, float] = {}
+    every = [signals_of(record, p) for record in records]
+    for i, (moving, constant) in enumerate(zip(equation_terms(0.0), CONSTANTS, strict=True)):
+        terms, X, y = (*moving, *constant), list[Array](), list[Array]()
+        for record, signals in zip(records, every, strict=True):
+            window = int(WINDOW / record.step)
+            long = record.samples > 4 * window
+            inner, ends = (slice(window, -window), "nearest") if long else (slice(None), "interp")
+            smooth = (local_cubic(term.of(signals), record.step, WINDOW, term.order, ends) for term in terms)
+            X.append(np.column_stack([column[inner] for column in smooth]))
+            y.append(local_cubic(record.angles[:, i], record.step, WINDOW, 2, ends)[inner])
+        theta = np.linalg.lstsq(np.concatenate(X), np.concatenate(y), rcond=None)[0]
+        values |= {term.name: float(value) for term, value in zip(terms, theta, strict=True)}
+    sine, cosine = values["a_th"], values["theta0"]
+    values["a_th"] = copysign(hypot(sine, cosine), sine)
+    values["theta0"] = atan2(copysign(1.0, sine) * cosine, abs(sine))
+    return values
+
+
 def smooth_motion(record: Record, window: float) -> Array:
     """Angles [rad] and rates [rad/s] of a record by local cubics over ``window`` [s], shape (N, 6)."""
     return np.column_stack([local_cubic(record.angles, record.step, window, order) for order in (0, 1)])
@@ -176,3 +224,28 @@ def drawn_variable(
     name, _, rate = {"rate": this, "other_rate": other}.get(kind, kind).partition("_")
     column = motion[:, AXES.index(name) + (3 if rate else 0)]
     return (f"{name} rate", "rad/s", column) if rate else (name, "rad", column)
+
+
+def plant_accelerations(record: Record, *plants: PlantParameters, window: float = MOTION_WINDOW) -> Array:
+    """Accelerations (m, N, 3) [rad/s^2] of plants along the measured motion, smoothed over ``window`` [s]."""
+    out = np.moveaxis(run_accelerations(record, plants, smooth_motion(record, window))[0], 0, 2).copy()
+    out[:, 1:] = 0.5 * (out[:, 1:] + out[:, :-1])  # from the middles of the steps to their ends
+    return out
+
+
+def partial_residual(
+    record: Record, parameters: PlantParameters, bare: PlantParameters, effect: Effect
+) -> tuple[str, str, str, Array, Array, Array]:
+    """Return the points of an effect's curve; an effect of the rotors is drawn on the elevation.
+
+    Returned are axis, variable, its unit and its values, the measured acceleration minus that of ``bare``, the
+    plant without the effect, and the acceleration by the effect, both smoothed.
+    """
+    axis, h = AXES.index("elevation" if effect.axis not in AXES else effect.axis), record.step
+    both = plant_accelerations(record, parameters, bare, window=WINDOW)
+    whole, without = (smooth_acceleration(of_plant[:, axis], h) for of_plant in both)
+    inner = slice(round(1.0 / h), -round(1.0 / h))
+    y = local_cubic(record.angles[:, axis], h, WINDOW, 2) - without
+    motion = smooth_motion(record, WINDOW)
+    variable, unit, x = drawn_variable(record, effect.drawn_against, axis, motion, parameters)
+    return AXES[axis], variable, unit, x[inner], y[inner], (whole - without)[inner]

@@ -7,14 +7,11 @@ A second-order process in continuous time drives every axis beside the plant. Wi
 and d [rad/s^2] is the torque. For psi = 0 and f >> c it is the Ornstein-Uhlenbeck torque of rate c that calm and windy
 rooms have; for f = 4 c an Ornstein-Uhlenbeck torque of an Ornstein-Uhlenbeck torque; for f < 4 c it resonates at w with
 the damping ratio sqrt(f/c)/2, as air that swirls round a closed room does; psi = pi/2 takes the torque at rest out of
-its spectrum; psi between mixes a fast and a slow part. These are all spectra of second order, CARMA(2, 1), so that the
-colour of the air is estimated and not assumed: a wrong colour biases the gains of a rig under a controller, and narrow
-intervals stay around the wrong values. Spectra are linear in sin(psi)^2, which is what a fit moves: psi and -psi give
-the same one.
+its spectrum; psi between mixes a fast and a slow part. These are all spectra of second order, CARMA(2, 1). They are
+linear in sin(psi)^2, which is what a fit moves: psi and -psi give the same one.
 
 Angle plus error of the encoder is measured. The error has standard deviation r; the share :data:`.settings.COLOURED` of
-its variance is an Ornstein-Uhlenbeck process n of rate k, the rest is white. An encoder that turns slowly repeats its
-value, and errs alike for as long; an error that is taken for white is explained by the plant.
+its variance is an Ornstein-Uhlenbeck process n of rate k, the rest is white.
 
 State of the filter: angle [rad], rate [rad/s], d and u [rad/s^2], n [rad]. A step is the integral of continuous time:
 were the torque held over a sample, a fine encoder's fit would take the difference for damping and gain. All gains
@@ -108,19 +105,13 @@ def filters(h: float, linear: Sequence[tuple[float, float]], air: Array) -> list
 
     ``linear`` are their dampings [1/s] and stiffnesses [1/s^2], ``air`` (5, n) what :func:`physical` gives.
     """
-    return _cached_filters(h, tuple(linear), tuple(map(tuple, air.T.tolist())))
+    return _solve_filters(tuple((h, *plant, *torque) for plant, torque in zip(linear, air.T.tolist(), strict=True)))
 
 
 @lru_cache(maxsize=256)
-def _cached_filters(
-    h: float, linear: tuple[tuple[float, float], ...], air: tuple[tuple[float, ...], ...]
-) -> list[AxisFilter]:
-    return axis_filters(np.array([(h, *plant, *torque) for plant, torque in zip(linear, air, strict=True)]))
-
-
-def axis_filters(rows: Array) -> list[AxisFilter]:
-    """Solve the filters of rows (n, 8): h [s], damping [1/s], stiffness [1/s^2], then what ``air`` has."""
-    h, damping, stiffness, rho, c, f, psi, k = rows.T
+def _solve_filters(rows: tuple[tuple[float, ...], ...]) -> list[AxisFilter]:
+    """Solve the filters of n rows: h [s], damping [1/s], stiffness [1/s^2], then what ``air`` has."""
+    h, damping, stiffness, rho, c, f, psi, k = np.array(rows).T
     w, cosine, sine = np.sqrt(c * f), np.cos(psi), np.sin(psi)
     R = np.moveaxis(np.array([[cosine, sine], [-sine, cosine]]), 2, 0)
     flow, drive = np.zeros((2, len(rows), 4, 4))

@@ -1,47 +1,32 @@
 """Logs that do not fit the others: zeroed elsewhere, wired differently, or of another rig; and impossible signs.
 
-A constant torque b on an axis of log l changes its innovations by c b, where c is the response of the filter's error
-dynamics to 1 rad/s^2. So b_l follows from one run of the filter, by a robust regression of e on c without a prior.
-
 **Zeros.** The encoder counts from the position of the arm when the rig was switched on: on the table, or held by hand.
 A log that reads z less than the others has the voltages of another height:
 
     eps'' = -a_e (eps + z) - a_1 + ...,    z_l = -(b_l - median over l of b_l) / a_e.
 
 Up to three standard deviations of b_l a zero is an offset of its log, which every fit estimates. Beyond that the plant
-with its effects decides, fitted to the logs that agree: the simplified model takes a curve of the thrust for zeros of
-logs that hover elsewhere. An arm that was balanced differently has other voltages as well; sines of the elevation tell
-the two apart, and a log is not shifted if that makes it less likely.
+with its effects decides, fitted to the logs that agree. An arm that was balanced differently has other voltages as
+well; sines of the elevation tell the two apart, and a log is not shifted if that makes it less likely.
 
-**Mirrors.** A log is another one's mirror image where it gets likelier by more than :data:`.settings.UNKNOWN` nats with
-the sign of an axis changed or the rotors swapped; offsets and noise of the log are free. No plant fits logs of which
-some are mirror images. Training logs are refused if one plant for all of them gets likelier by as much when some are
-mended; the message names the smaller part.
-
-**Gains.** The likelihood estimates how far the gains of each log lie off those of the plant. A log of another rig lies
-apart from the others by more than three standard deviations of the drift from log to log.
+**Other readings.** A log that gets likelier by more than :data:`.settings.UNKNOWN` nats when it is read otherwise was
+read wrongly: with the sign of an axis changed or the rotors swapped it was another one's mirror image, with an angle
+divided it was in another unit. Offsets and noise of the log are free.
 
 **Signs.** A larger v_f - v_r raises the pitch, k_x > 0; a larger v_f + v_r raises the elevation, k_z > 0 (Table 2). The
-sign of k_y is a convention, the sense of the travel; where k_x < 0 it tells the two causes apart:
-
-| k_x | k_y | k_z | then |
-|---|---|---|---|
-| < 0 | > 0 | > 0 | the pitch counts the other way |
-| < 0 | < 0 | > 0 | front and rear are exchanged |
-| > 0 | | < 0 | the elevation counts the other way |
-| < 0 | > 0 | < 0 | pitch and elevation count the other way, or both voltages do |
-| < 0 | < 0 | < 0 | front and rear are exchanged, and the elevation counts the other way |
+sign of k_y is a convention, the sense of the travel; where k_x < 0 it tells the two causes apart.
 
 Source: Iglewicz and Hoaglin 1993 (outliers by the median absolute deviation).
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
+from heli_identifier.chain import Defect
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
@@ -49,9 +34,9 @@ from heli_identifier.records import Log
 from .fit import Fit, fit, known_fit
 from .helicopter import Rig
 from .likelihood import Likelihood, undo_in_record
-from .noise import error_dynamics
+from .log_parameters import log_offsets
 from .rig import Array, Record, record_of
-from .settings import ALIEN, FEWEST, KEPT, OUTLIER, PER_LOG, UNKNOWN
+from .settings import KEPT, OUTLIER, PER_LOG, UNKNOWN
 
 ELEVATION = 1
 
@@ -70,7 +55,7 @@ def align_zeros(fitted: Fit, logs: Sequence[Log]) -> tuple[Fit, tuple[Log, ...],
         z = zeros[i] * (np.arange(3) == ELEVATION)
         amount = f"{abs(zeros[i]):.2f} rad {'less' if zeros[i] > 0.0 else 'more'}"
         read = f"{logs[i].name}: its elevation reads {amount} than that of the other logs at like voltages, as if"
-        shifted = _restart(replace(records[i], angles=records[i].angles + z), likelihood.rig)
+        shifted = _reread(records[i], likelihood.rig, angles=records[i].angles + z)
         if _misfit(judge, records[i])[0] < _misfit(judge, shifted)[0] - KEPT:
             notes.append(f"{read} the arm had been balanced otherwise; its gains may differ as well")
             zeros[i] = 0.0
@@ -100,7 +85,7 @@ def _zeros_under(fitted: Fit, records: Sequence[Record]) -> tuple[Array, float]:
     """Zeros (L,) [rad] of the logs' elevations, 0 where too few are known, and the least that is no offset."""
     stiffness = fitted.likelihood.rig.linear(fitted.parameters)[ELEVATION][1]
     b = np.array([log_offsets(fitted, record)[0][ELEVATION] for record in records])
-    if stiffness <= 0.0 or np.isfinite(b).sum() < FEWEST:
+    if stiffness <= 0.0 or np.isfinite(b).sum() < 3:
         return np.zeros(len(b)), np.inf
     return np.nan_to_num(np.nanmedian(b) - b) / stiffness, OUTLIER * PER_LOG[0] / stiffness
 
@@ -118,11 +103,6 @@ def refuse_mirrored(null: Fit) -> None:
     """Refuse training logs of which some are mirror images: a fit to all of them may lie between the two parts.
 
     The plant of the log with most samples says how others would be mended. One plant for all says whether that helps.
-
-    Raises
-    ------
-    LogError
-        Some of the training logs are mirror images of the others.
     """
     likelihood, rig, names = null.likelihood, null.likelihood.rig, null.names
     one = replace(likelihood, records=(max(likelihood.records, key=lambda record: record.weights.sum()),))
@@ -144,43 +124,31 @@ def refuse_mirrored(null: Fit) -> None:
     )
 
 
+def refuse_scaled(fitted: Fit, defects: Sequence[Defect]) -> None:
+    """Refuse logs with an angle as many times too large as its steps are: gravity and thrust turn with the true angle.
+
+    ``fitted`` has the effects that were found, because a torque that the model lacks may look like a scale. Logs are
+    likelier by the change of unit alone.
+    """
+    likelihood, axes = fitted.likelihood, fitted.likelihood.rig.axes
+    for defect in defects:
+        if defect.name != "counts":
+            continue
+        scale = np.where(np.array(axes) == defect.channel, 1.0 / defect.ratio, 1.0)
+        records = tuple(_reread(record, likelihood.rig, angles=record.angles * scale) for record in likelihood.records)
+        counted = sum(float(record.weights[:, axes.index(defect.channel)].sum()) for record in records)
+        other = fit(replace(likelihood, records=records), fitted.fields, fitted)
+        if other.value + counted * np.log(defect.ratio) < fitted.value - UNKNOWN:
+            raise LogError(
+                f"the {defect.channel} is {defect.ratio:.3g} times too large: its steps say so, and so do the other "
+                "axes. Correct its unit or its factor."
+            )
+
+
 def _lie_apart(values: Array, least: float) -> NDArray[np.bool_]:
     """Which of the logs' values (L, ...) lie apart from those of the others, by more than ``least``."""
     apart = np.abs(values - np.median(values, axis=0))
     return np.asarray(apart > np.maximum(least, OUTLIER * np.median(apart, axis=0) / 0.6745), dtype=bool)
-
-
-def log_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
-    """Constant torques (a,) [rad/s^2] of one log under a plant, without a prior, and its innovations (N, a) [rad].
-
-    An axis on which nothing counts has nan.
-    """
-    likelihood = replace(fitted.likelihood, records=(record,))
-    point = likelihood.neutral_point(fitted.parameters, fitted.point.z)
-    return subtract_offsets(fitted, record, likelihood.run_all(point)[0][0])
-
-
-def subtract_offsets(fitted: Fit, record: Record, e: Array) -> tuple[Array, Array]:
-    """Take constant torques out of the innovations ``e`` (N, a) of one log, and the periodic torques of the fit.
-
-    The phase of a periodic torque differs from log to log. Returns the constant torques (a,) [rad/s^2] and the rest of
-    e.
-    """
-    b, axes, rest = np.full(e.shape[1], np.nan), fitted.likelihood.filters(record, fitted.point), e.copy()
-    for axis in range(len(b)):
-        w = huber = record.weights[:, axis]
-        if not w.any():
-            continue
-        phases = [sine[1] * record.time for sine in (fitted.point.harmonics or [[]])[0] if sine[0] == axis]
-        torques = [np.ones(record.samples), *(wave(phase) for phase in phases for wave in (np.cos, np.sin))]
-        c = np.column_stack([lfilter(*error_dynamics(axes[axis]), torque) for torque in torques])
-        for _ in range(4):  # from least squares on
-            x = np.linalg.solve((c.T * huber) @ c, -(c.T * huber) @ e[:, axis])
-            rest[:, axis] = e[:, axis] + c @ x
-            size = np.abs(rest[:, axis])
-            huber = w * np.minimum(1.0, OUTLIER * np.median(size[w > 0]) / 0.6745 / np.maximum(size, 1e-12))
-        b[axis] = x[0]
-    return b, rest
 
 
 def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
@@ -194,7 +162,7 @@ def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
         usual = float(np.median(scales[alike]))
         if mirror := _mirrored(fitted, record, F):
             notes.append(f"the log {log.name} does not belong to the others: it fits with {mirror[0]}")
-        elif scale > ALIEN * usual:
+        elif scale > 2.5 * usual:  # the air of one room hardly makes a ratio of two
             notes.append(
                 f"the log {log.name} does not belong to the others: "
                 f"its innovations are {scale / usual:.1f} times theirs"
@@ -206,7 +174,7 @@ def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
 def _other_gains(fitted: Fit) -> list[str]:
     """Name the training logs whose gains, all of them or one, lie apart from those of the others."""
     axes, records, notes = fitted.likelihood.rig.axes, fitted.likelihood.records, list[str]()
-    if len(records) < FEWEST:
+    if len(records) < 3:  # of two neither is the other one
         return notes
     gains = fitted.point.per_log[:, 3 * len(axes) : 4 * len(axes)]
     offsets, outlying = gains - np.median(gains, axis=0), _lie_apart(gains, OUTLIER * PER_LOG[3])
@@ -240,16 +208,18 @@ def _mirrored(fitted: Fit, record: Record, as_read: float) -> tuple[str, Record]
 
 def _mirrors(rig: Rig, record: Record) -> list[tuple[str, Record]]:
     """Return a record as it would be with the usual mistakes undone."""
-    found = [("front and rear exchanged", replace(record, inputs=np.ascontiguousarray(record.inputs[:, ::-1])))]
-    for i, axis in enumerate(rig.axes):
-        signs = np.where(np.arange(len(rig.axes)) == i, -1.0, 1.0)
-        found.append((f"the sign of the {axis} changed", replace(record, angles=record.angles * signs)))
-    return [(what, _restart(other, rig)) for what, other in found]
+    exchanged = _reread(record, rig, inputs=np.ascontiguousarray(record.inputs[:, ::-1]))
+    signs = 1.0 - 2.0 * np.eye(len(rig.axes))
+    return [("front and rear exchanged", exchanged)] + [
+        (f"the sign of the {axis} changed", _reread(record, rig, angles=record.angles * of_axes))
+        for axis, of_axes in zip(rig.axes, signs, strict=True)
+    ]
 
 
-def _restart(record: Record, rig: Rig) -> Record:
-    """Return a changed record the initial state that its angles and inputs imply."""
-    return replace(record, start=rig.initial_state(record.angles, record.inputs, record.step))
+def _reread(record: Record, rig: Rig, **changed: Any) -> Record:
+    """Return a record with other angles or inputs, and with the initial state that they imply."""
+    other = replace(record, **changed)
+    return replace(other, start=rig.initial_state(other.angles, other.inputs, other.step))
 
 
 _PITCH: Mapping[int, tuple[str, str]] = {
@@ -285,6 +255,5 @@ def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
 
 def _sign(estimate: Estimate) -> int:
     """Return -1 or 1 where a sign is beyond chance, else 0."""
-    if abs(estimate.value) <= OUTLIER * (estimate.standard_error or 0.0):
-        return 0
-    return 1 if estimate.value > 0.0 else -1
+    sure = abs(estimate.value) > OUTLIER * (estimate.standard_error or 0.0)
+    return sure * (1 if estimate.value > 0.0 else -1)

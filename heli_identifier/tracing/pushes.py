@@ -11,16 +11,14 @@ change v' [V/s] of the voltages during the pulse, phi = phi_0 + tau^2 v'^2: the 
 voltages is compared with its errors at other steps.
 
 A push is a pulse of :data:`.settings.UNKNOWN` nats. The largest one of every log is left out and the fit is repeated
-without that passage: a controller answers a push, so both disturb the estimates. Then the push is placed again, because
-the fit before took it for air and so gave it a wrong size and wrong edges, and the next one is searched. The fit has to
-have the effects of the plant first, since a dead zone that no law describes looks like pushes.
+without that passage. Then the push is placed again, because the fit before took it for air and so gave it a wrong size
+and wrong edges, and the next one is searched.
 
 Source: Willsky and Jones, IEEE Trans. Automatic Control 21 (1976) 108.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import NamedTuple
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,12 +29,12 @@ from scipy.special import ndtri
 from heli_identifier.chain import MARGIN
 from heli_identifier.records import Event, Log
 
-from .fit import Fit, fit, fit_per_log
+from .fit import Fit, fit
 from .likelihood import undo_in_record
+from .log_parameters import fit_per_log, subtract_offsets
 from .noise import error_dynamics, match_steps, start_memory
-from .outlying_logs import subtract_offsets
 from .rig import Array, Record, records_of
-from .settings import PUSHED, SEEN_AT, SETTLING, UNKNOWN
+from .settings import SEEN_AT, SETTLING, UNKNOWN
 
 LAG = round(MARGIN * SEEN_AT)
 WIDTHS = range(LAG, int(SETTLING * SEEN_AT) + 1)
@@ -49,52 +47,40 @@ def find_pushes(fitted: Fit, logs: Sequence[Log]) -> tuple[Event, ...]:
 
     Passages of the logs' events are not searched. A log may begin with a push: a rig takes off, or a hand lets it go.
     """
-    logged, axes = records_of(logs, fitted.likelihood.rig, settled=True), range(len(fitted.likelihood.rig.axes))
-    known = [_KnownEvents(log.events) for log in logs]
+    axes, records = range(len(fitted.likelihood.rig.axes)), records_of(logs, fitted.likelihood.rig, settled=True)
+    searched = [_SearchedLog(log, record, log.events) for log, record in zip(logs, records, strict=True)]
     while True:
-        fitted, filtered = _fit_beside_events(fitted, logs, known, logged)
-        searched = zip(*(_search_axis(fitted, i, filtered) for i in axes), strict=True)
-        for i, by_axis in enumerate(searched):
+        fitted, filtered = _fit_beside_events(fitted, searched)
+        for i, by_axis in enumerate(zip(*(_search_axis(fitted, axis, filtered) for axis in axes), strict=True)):
             placed = [push for push, _ in by_axis if push]
             S, new = max((further for _, further in by_axis), key=lambda further: further[0])
-            known[i] = _KnownEvents((*known[i].events, *placed), new if S > UNKNOWN else None)
-        if not any(of_log.newest for of_log in known):
-            found = (of_log.events[len(log.events) :] for log, of_log in zip(logs, known, strict=True))
-            return tuple(push for pushes in found for push in pushes)
+            known = (*searched[i].earlier, *placed)
+            searched[i] = replace(searched[i], earlier=known, newest=(new,) if S > UNKNOWN else ())
+        if not any(log.newest for log in searched):
+            return tuple(push for own in searched for push in own.earlier[len(own.log.events) :])
 
 
-class _KnownEvents(NamedTuple):
-    """The events of one log that are known so far."""
-
-    events: tuple[Event, ...]
-    newest: Event | None = None
-    """The push that was found last, by a fit that took it for air."""
-
-    @property
-    def everything(self) -> tuple[Event, ...]:
-        """All events, the newest one last."""
-        return (*self.events, self.newest) if self.newest else self.events
-
-
-class _FilteredLog(NamedTuple):
-    """A log, its whole record, and the innovations e (N, a) [rad] of a filter that knows its events."""
+@dataclass(frozen=True, eq=False)
+class _SearchedLog:
+    """A log, its whole record as logged, and the events that are known so far."""
 
     log: Log
-    known: _KnownEvents
     record: Record
-    e: Array
-    sizes: Array
+    earlier: tuple[Event, ...]
+    newest: tuple[Event, ...] = ()
+    """The push that was found last, by a fit that took it for air."""
+    e: Array = field(default_factory=lambda: np.empty((0, 0)))
+    """Innovations (N, a) [rad] of a filter that knows these events."""
+    sizes: Array = field(default_factory=lambda: np.empty(0))
     """Of the torques of the pushes [rad/s^2], as :attr:`.Record.pushes` has them."""
 
 
-def _fit_beside_events(
-    fitted: Fit, logs: Sequence[Log], known: Sequence[_KnownEvents], logged: Sequence[Record]
-) -> tuple[Fit, list[_FilteredLog]]:
-    """Repeat a fit without the passages of new pushes, and run its filter along all logs."""
+def _fit_beside_events(fitted: Fit, logs: Sequence[_SearchedLog]) -> tuple[Fit, list[_SearchedLog]]:
+    """Repeat a fit without the passages of new pushes, and run its filter along all logs, their faults undone."""
     likelihood, axes, count = fitted.likelihood, fitted.likelihood.rig.axes, len(fitted.point.per_log)
-    undone = [undo_in_record(likelihood.faults, record) for record in logged]
-    marked = tuple(record.mark(of_log.everything, axes) for record, of_log in zip(logged, known, strict=True))
-    if any(of_log.newest for of_log in known[:count]):
+    undone = [undo_in_record(likelihood.faults, log.record) for log in logs]
+    marked = tuple(log.record.mark((*log.earlier, *log.newest), axes) for log in logs)
+    if any(log.newest for log in logs[:count]):
         again = replace(likelihood, records=marked[:count], faults={}, logged=()).undo_faults(likelihood.faults)
         fitted = fit(again, fitted.names, fitted)
     errors, per_log = list(fitted.e), list(fitted.point.per_log)
@@ -104,12 +90,12 @@ def _fit_beside_events(
         errors += [subtract_offsets(fitted, record, e)[1] for record, e in zip(held_out, filtered.e, strict=True)]
         per_log += list(filtered.point.per_log)
     return fitted, [
-        _FilteredLog(log, of_log, record, np.where(record.weights > 0.0, e, 0.0), b[5 * len(axes) :])
-        for log, of_log, record, e, b in zip(logs, known, undone, errors, per_log, strict=True)
+        replace(log, record=record, e=np.where(record.weights > 0.0, e, 0.0), sizes=b[5 * len(axes) :])
+        for log, record, e, b in zip(logs, undone, errors, per_log, strict=True)
     ]
 
 
-def _search_axis(fitted: Fit, i: int, logs: Sequence[_FilteredLog]) -> list[tuple[Event | None, tuple[float, Event]]]:
+def _search_axis(fitted: Fit, i: int, logs: Sequence[_SearchedLog]) -> list[tuple[Event | None, tuple[float, Event]]]:
     """Place the newest push of every log again, if it is on this axis, and find the largest further one with its S."""
     axis, on_axis = fitted.likelihood.rig.axes[i], [_Pulses.of(fitted, log, i) for log in logs]
     least, tau_squared = _dispersion(on_axis)
@@ -125,8 +111,8 @@ def _search_axis(fitted: Fit, i: int, logs: Sequence[_FilteredLog]) -> list[tupl
     for filtered, pulses in zip(logs, on_axis, strict=True):
         changes = [pulses.change(w) for w in range(len(WIDTHS))]
         S = np.array([0.5 * u**2 / (least[w] + tau_squared[w] * changes[w] ** 2) for w, u in enumerate(pulses.u)])
-        placed, newest = None, filtered.known.newest
-        if newest and newest.axis == axis:
+        placed = None
+        for newest in (push for push in filtered.newest if push.axis == axis):
             unknown = _Pulses.of(fitted, filtered, i, newest_known=False)
             # the change of the voltages decides whether it is a push, and not where it is
             near = np.asarray(unknown.u**2 * unknown.overlap(newest), dtype=float)
@@ -171,20 +157,19 @@ class _Pulses:
         return np.asarray((self.starts < push.end) & (self.ends > push.start))
 
     @classmethod
-    def of(cls, fitted: Fit, log: _FilteredLog, axis: int, newest_known: bool = True) -> "_Pulses":
+    def of(cls, fitted: Fit, log: _SearchedLog, axis: int, newest_known: bool = True) -> "_Pulses":
         """Match innovations of one axis with pulses, beside the log's start and the pushes that the filter knows.
 
         Without ``newest_known`` the innovations are those of a filter that does not know the newest push.
         """
         dynamics, sigma = fitted.likelihood.filters(log.record, fitted.point)[axis], fitted.sigma[axis]
         names = fitted.likelihood.rig.axes
-        earlier, everything = log.known.events, log.known.everything
-        record = log.record.mark(everything if newest_known else earlier, names, settled=True)
+        record = log.record.mark((*log.earlier, *log.newest * newest_known), names, settled=True)
         held, period, e, w = record.held, record.held * record.step, log.e[:, axis], record.weights[:, axis]
         inputs = record.slower.inputs
         rate = np.abs(np.diff(inputs, axis=0, prepend=inputs[:1])).sum(1) / period
         if not newest_known:
-            courses = [course for _, course in log.record.mark(everything[len(earlier) :], names).pushes]
+            courses = [course for _, course in log.record.mark(log.newest, names).pushes]
             sizes = log.sizes[len(record.pushes) : len(record.pushes) + 2]
             e = e - lfilter(*error_dynamics(dynamics), sizes @ courses) * (e != 0.0)
         courses = [course for push_axis, course in record.pushes if push_axis == axis]
@@ -205,15 +190,18 @@ class _Pulses:
 
 
 def _dispersion(logs: Sequence[_Pulses]) -> tuple[Array, Array]:
-    """Return phi_0 and tau^2 (W, 1) of one axis in all logs; a tenth of the samples may lie in pushes."""
+    """Return phi_0 and tau^2 (W, 1) of one axis in all logs.
+
+    A tenth of the samples may lie in pushes; tau is that of the tenth with the fastest voltages.
+    """
     least, tau_squared = np.ones((len(WIDTHS), 1)), np.zeros((len(WIDTHS), 1))
     for w in range(len(WIDTHS)):
         u = np.concatenate([pulses.u[w, pulses.counts] for pulses in logs])
         rate = np.concatenate([pulses.change(w)[pulses.counts] for pulses in logs])
         if not len(u):
             break
-        least[w] = max(1.0, float(np.quantile(u**2, 1.0 - PUSHED)) / ndtri(1.0 - 0.5 * PUSHED) ** 2)
-        fastest = (rate >= np.quantile(rate, 1.0 - PUSHED)) & (rate > 0.0)
+        least[w] = max(1.0, float(np.quantile(u**2, 0.9)) / ndtri(0.95) ** 2)
+        fastest = (rate >= np.quantile(rate, 0.9)) & (rate > 0.0)
         if fastest.any():
             beyond = (u[fastest] / ndtri(0.75)) ** 2 - least[w]  # the median of a squared normal deviate is .675^2
             tau_squared[w] = max(0.0, float(np.median(beyond / rate[fastest] ** 2)))

@@ -14,8 +14,8 @@ rate c, are sparse under D = (1 - a/z)(1 - 1/z), a = exp(-c h), so the L1 regres
 is exact however large the steps are. Symbols: h sampling interval [s], z shift by h, p = d/dt [1/s], y angles [rad],
 v voltages [V], q, c, beta rates [1/s].
 
-Sources: C. W. J. Granger, Econometrica 37 (1969) 424, for "the past of y adds nothing to the past of r"; E. J. Candes
-and T. Tao, IEEE Trans. Inf. Theory 51 (2005) 4203, for exact recovery by L1 under sparse gross errors.
+Source: E. J. Candes and T. Tao, IEEE Trans. Inf. Theory 51 (2005) 4203, for exact recovery by L1 under sparse gross
+errors.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,13 +24,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 from scipy.signal import lfilter
-from scipy.special import fdtrc
 
 from heli_identifier.chain import controller_samples
 from heli_identifier.records import Log
 
+from .feedback import feedback, refusal
 from .rig import Array
-from .settings import ADDED_R2, AS_GOOD, EXACT, OUTSIDE_SHARE, POLES, ROWS, SATURATED_SHARE, STILL_RATE
+from .settings import EXACT, OUTSIDE_SHARE
 
 CHANNELS: Mapping[str, tuple[float, tuple[str, ...], tuple[int, ...]]] = {
     "v_front - v_rear": (-1.0, ("pitch", "travel"), (0, 2)),
@@ -84,11 +84,6 @@ def find_references(logs: Sequence[Log]) -> References:
     """Find in each log what came from outside: logged references by test, else rebuilt ones, else the voltages.
 
     There are no signals (m = 0) if nothing came from outside.
-
-    Parameters
-    ----------
-    logs : sequence of Log
-        Logs of one rig, of any rates, lengths and controllers.
     """
     closed, found, origins, notes = [feedback(log) for log in logs], dict[tuple[int, str], Array](), set(), list[str]()
     for channel, (sign, axes, _) in CHANNELS.items():
@@ -136,51 +131,6 @@ def controllers_of(logs: Sequence[Log]) -> list[tuple[Controller, ...]]:
     return found
 
 
-def feedback(log: Log) -> bool:
-    """Recognise a controller: the angles' innovations predict the voltages better than the past of the voltages does.
-
-    The innovations are the part of the angles that the past of angles and voltages does not predict: air and encoder
-    errors. In open loop the voltages do not depend on them, however long the rig's memory is. All voltages count, as an
-    arm that bends answers those between two samples of 25 Hz.
-    """
-    every, lags = max(1, round(log.rate_hz / 25.0)), 6  # 25 Hz: below a controller's rate, above the rig's motion
-    angles = log.angles[::every]
-    every_voltage = log.voltages @ np.array([[1.0, 1.0], [1.0, -1.0]])
-    voltages = every_voltage[::every]
-    if len(angles) < 100:
-        return False
-    between = [np.roll(every_voltage, j, axis=0)[::every][lags:] for j in range(1, every)]
-    innovations = _residual(angles[lags:], np.hstack([_past(np.hstack([angles, voltages]), lags), *between]))
-    answered = np.hstack([innovations[lags:], _past(innovations, lags)])
-    past, now = _past(voltages, lags)[lags:], voltages[2 * lags :]
-    tests = [_added_r2(now[:, i], past, answered) for i in range(2)]
-    return any(added > ADDED_R2 and p_value < 1e-4 for added, p_value in tests)
-
-
-def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True) -> str | None:
-    """Say why a signal (N,) beside angles (N, 3) is no reference; None if it is one.
-
-    It has to be still in at least half of the samples (``steps``), and past outputs must not predict it.
-    """
-    every, lags = max(1, round(rate_hz / 10.0)), 5  # 10 Hz and five samples: the loop's last half second
-    slow, outputs = np.asarray(signal, dtype=float)[::every], _past(angles[::every], lags + 1)
-    span = float(np.ptp(slow))
-    if not span > 1e-9 * max(1.0, float(np.abs(slow).max())):
-        return "it never moves"
-    still = float(np.mean(np.abs(np.diff(slow)) * rate_hz / every < STILL_RATE * span))
-    if steps and still < 0.5:
-        return f"it is still in {100.0 * still:.0f} % of the samples, a reference in at least 50 %"
-    past, target = np.column_stack([_past(np.diff(slow)[:, None], lags), slow[lags:-1]]), np.diff(slow)[lags:]
-    added, p_value = _added_r2(target, past, outputs)
-    if added <= ADDED_R2 or p_value > 1e-3:
-        return None
-    # a few steps are no normal noise, so outputs shifted by 2 s and more say how much is added by chance
-    shifts = np.linspace(20, max(20, len(outputs) - 20), 99).astype(int)
-    if added < max(_added_r2(target, past, np.roll(outputs, shift, axis=0))[0] for shift in shifts):
-        return None
-    return f"it is feedback (past angles explain {100.0 * added:.0f} % of it, {100.0 * ADDED_R2:g} % is allowed)"
-
-
 _Shape = tuple[int, Array]
 """The nonlinear part of a law: delay of the voltages in periods, 0 or 1; ln of the rates (q of each of n angles, c),
 and of beta last with an integral term."""
@@ -204,7 +154,7 @@ class _Law:
         self.clipped = np.asarray((np.abs(voltages) > 0.999 * self.limit).any(axis=1))
         self.clipped &= self.clipped.sum() > 5  # a largest value is no limit
         usable = np.flatnonzero(np.convolve(~self.clipped, np.ones(3), "valid") == 3)
-        self.usable = usable[:: max(1, len(usable) // ROWS)]
+        self.usable = usable[:: max(1, len(usable) // 800)]  # the equations are exact, more of them only cost time
         self.channel, self.n, fast = channel, len(columns), 6.0 / self.h
         # beyond these bounds: no derivative, no steps, no integral
         self.bounds = np.log([[0.5] * self.n + [0.01, 0.02], [fast] * self.n + [fast, 3.0]])
@@ -238,14 +188,18 @@ class _Law:
         return self.gains(shape, rounds)[0]
 
     def search(self, laws: Sequence["_Law"], again: bool = False) -> None:
-        """Find the rates on a grid, or from the ``laws`` of other logs, and polish them."""
-        if len(self.usable) < 100 or self.clipped.mean() > SATURATED_SHARE:
+        """Find the rates on a grid, or from the ``laws`` of other logs, and polish them.
+
+        Where a tenth of the samples is at the voltages' limit, too much of r would be interpolated. In a log that the
+        same controller flew the innovation may be three times as large.
+        """
+        if len(self.usable) < 100 or self.clipped.mean() > 0.1:
             return
         known = [(self.loss(law.shape), law.shape, law) for law in laws if law.shape is not None]
         loss, shape, other = min(known, key=lambda candidate: candidate[0], default=(np.inf, None, None))
         if again and (other is None or other is self or loss > self.least - 0.05):
             return
-        enough = np.log(EXACT) if other is None else max(np.log(EXACT), other.least - other.size + np.log(AS_GOOD))
+        enough = np.log(EXACT) if other is None else max(np.log(EXACT), other.least - other.size + np.log(3.0))
         if shape is not None and loss - self.size <= enough:
             best = self.polish(shape)
         else:
@@ -258,11 +212,12 @@ class _Law:
     def scan(self) -> _Shape:
         """Polish the best shape of a grid, with an integral term if that lowers the loss."""
         n, fast = self.n, 5.0 / self.h
+        poles = (2.0, 6.0, 12.0, 25.0, 50.0, fast)
         grid = [(periods, np.log([q] * n + [c]))
-                for periods in (0, 1) for q in (*POLES, fast) for c in (0.1, 1.0, 3.0, fast)]  # fmt: skip
+                for periods in (0, 1) for q in poles for c in (0.1, 1.0, 3.0, fast)]  # fmt: skip
         plain = min(grid, key=lambda shape: self.loss(shape, 4))
         for i in range(1, n):  # each angle may have a derivative filter of its own
-            others = [_with_rate(plain, i, q) for q in (*POLES, fast)]
+            others = [_with_rate(plain, i, q) for q in poles]
             plain = min([*others, plain], key=lambda shape: self.loss(shape, 4))
         plain = self.polish(self.polish(plain))
         if self.loss(plain) - self.size <= np.log(EXACT):
@@ -312,26 +267,3 @@ def law_terms(signals: Array, rates: Array, h: float) -> Array:
 
 def _with_rate(shape: _Shape, index: int, rate: float) -> _Shape:
     return shape[0], np.where(np.arange(len(shape[1])) == index, np.log(rate), shape[1])
-
-
-def _past(signals: Array, lags: int) -> Array:
-    """Put the ``lags`` samples before each sample side by side, shape (N - lags, lags m)."""
-    return np.hstack([signals[lags - i : len(signals) - i] for i in range(1, lags + 1)])
-
-
-def _residual(target: Array, columns: Array) -> Array:
-    """Return the residual of a regression on columns and a constant."""
-    bank = np.column_stack([columns, np.ones(len(columns))])
-    bank = bank / (np.linalg.norm(bank, axis=0) + 1e-30)
-    return target - bank @ np.linalg.lstsq(bank, target, rcond=1e-9)[0]
-
-
-def _added_r2(target: Array, past: Array, others: Array) -> tuple[float, float]:
-    """Return adjusted R2 of ``others`` for the residual of a regression on ``past``, and p value of an F test."""
-    without = float(np.sum(_residual(target, past) ** 2))
-    beside = float(np.sum(_residual(target, np.hstack([past, others])) ** 2))
-    number, free = others.shape[1], len(target) - past.shape[1] - others.shape[1] - 1
-    if free < 10 or without <= 1e-12 * float(np.sum(target**2)):
-        return 0.0, 1.0
-    p_value = float(fdtrc(number, free, max((without - beside) / number / (beside / free + 1e-300), 0.0)))
-    return 1.0 - (beside / free) / (without / (free + number)), p_value

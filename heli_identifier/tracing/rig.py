@@ -1,10 +1,9 @@
 """What the tracer handles of a rig: parameters as coordinates, effects of the catalogue, and logs as records.
 
-A record has means over 10 ms where its log is faster. An encoder that turns slower than a count per sample repeats its
-value: its error is no white noise, and a likelihood that takes it for white takes the counts for air. Means over
-:data:`.settings.RECORD_STEP` err almost like white noise and lose nothing: the voltages that act between the middles of
-two blocks are averaged exactly over that time, and what a controller answers within a block moves the rig by less than
-a thousandth of a count through its motors' lag.
+A record has means over :data:`.settings.RECORD_STEP` where its log is faster: an encoder that turns slower than a count
+per sample repeats its value, and the means err almost like white noise. Nothing is lost: the voltages that act between
+the middles of two blocks are averaged exactly over that time, and what a controller answers within a block moves the
+rig by less than a thousandth of a count through its motors' lag.
 """
 
 import dataclasses
@@ -29,8 +28,6 @@ from .settings import (
     NAMED,
     RECORD_STEP,
     REFITTED,
-    REST_COUNTS,
-    REST_TIME,
     SEEN_AT,
     SETTLING,
 )
@@ -266,14 +263,17 @@ def average_blocks(log: Log, held: Array) -> Array:
 
 
 def record_of(log: Log, rig: Any, settled: bool = False) -> Record:
-    """Prepare a log; its events, and its start if the filter is not ``settled`` there, do not count."""
+    """Prepare a log; its events, and its start if the filter is not ``settled`` there, do not count.
+
+    Nor does an axis that stays within 1.5 counts of its encoder for .5 s: it rests or sticks.
+    """
     n, voltages = block_samples(log), average_blocks(log, log.voltages)
     step, count = n / log.rate_hz, len(voltages)
     angles = log.angles if n == 1 else log.angles[: count * n].reshape(count, n, -1).mean(1)
     time = np.arange(count, dtype=np.float64) * step
-    width = round(REST_TIME / step) | 1
+    width = round(0.5 / step) | 1
     span = maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0)
-    moves, begun = (span > REST_COUNTS * rig.resolution).astype(float), rig.initial_state(angles, voltages, step)
+    moves, begun = (span > 1.5 * rig.resolution).astype(float), rig.initial_state(angles, voltages, step)
     inputs, angles = np.ascontiguousarray(voltages), np.ascontiguousarray(angles)
     return Record(log.name, step, time, inputs, angles, moves, begun).mark(log.events, rig.axes, settled)
 

@@ -29,7 +29,7 @@ from .fit import Fit, bounded_step
 from .noise import LOWEST, error_dynamics, match_steps
 from .rig import Array, Coordinate, Effect
 from .sensitivity import linearise
-from .settings import FARTHEST, KEPT, NAMED, SETTLING, STEP_APART
+from .settings import FARTHEST, KEPT, NAMED, SETTLING
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Scores:
     def __init__(self, fitted: Fit, candidates: Sequence[Effect]):
         self.fitted = fitted
         self.effects = {effect.field: effect for effect in candidates}
-        instants = max(record.time[-1] for record in fitted.likelihood.records) / STEP_APART
+        instants = max(record.time[-1] for record in fitted.likelihood.records) / 0.5  # [s] that the filter tells apart
         trials = {e.field: len(e.starts) * (instants if e.steps_in_time else 1.0) for e in candidates}
         self.penalty = {name: float(np.log(count)) for name, count in trials.items()}  # the best of many by chance
         new = [c for e in candidates if e.field not in fitted.names for c in columns_of(e, fitted)]

@@ -114,12 +114,9 @@ def _fit_entered(form: Scores, chosen: Sequence[str]) -> Fit:
     new = [name for name in chosen if name not in form.selected]
     faults = [name for name in new if form.effects[name].fault is not None]
     new = faults[:1] if new and new[0] in faults else [name for name in new if name not in faults]
-    shapes: dict[str, float] = {}
-    for name in new:
-        shapes |= dict(form.coordinates[form.chosen[name]].companions)
+    shapes = {key: value for name in new for key, value in form.coordinates[form.chosen[name]].companions.items()}
     kept = [name for name in chosen if name in form.selected]
-    chosen = [*kept, *new]
-    return refit(form.fitted, list(form.effects.values()), chosen, shapes)
+    return refit(form.fitted, list(form.effects.values()), [*kept, *new], shapes)
 
 
 def refit(
@@ -148,9 +145,7 @@ def fit_delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
     """
     candidates = selection.null.likelihood.rig.candidates
     kept = [f.effect.field for f in selection.findings if f.effect.fault is None and f.effect.field not in dropped]
-    alone = selection.fit
-    if dropped:
-        alone = refit(selection.fit, candidates, kept)
+    alone = refit(selection.fit, candidates, kept) if dropped else selection.fit
     if _lack_mechanics(selection.form, kept):
         return alone
     proven = any(f.established and f.effect.certain for f in selection.findings)
@@ -180,8 +175,8 @@ def _add_mechanics(fitted: Fit, kept: Sequence[str]) -> Fit:
     """Fit roughly with some effects and all terms of rigid-body mechanics."""
     candidates, expected = fitted.likelihood.rig.candidates, (1.0, 1.0 / CATALOGUE_WIDTHS)
     absent = dict.fromkeys(_absent_mechanics(candidates, kept), 1.0)
-    rig = fitted.likelihood.rig.with_priors(dict.fromkeys(_absent_mechanics(candidates, ()), expected))
-    start = replace(fitted, likelihood=replace(fitted.likelihood, rig=rig))
+    rig, priors = fitted.likelihood.rig, dict.fromkeys(_absent_mechanics(candidates, ()), expected)
+    start = replace(fitted, likelihood=replace(fitted.likelihood, rig=replace(rig, known={**rig.known, **priors})))
     return refit(start, candidates, [*kept, *absent], absent, value_only=True)
 
 

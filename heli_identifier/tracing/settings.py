@@ -1,4 +1,4 @@
-"""Every constant of the tracer with its reason, and what is given of one rig."""
+"""Constants of the tracer with their reasons, and what is given of one rig. Numbers of one formula stand beside it."""
 
 from dataclasses import dataclass, fields
 from itertools import product
@@ -48,9 +48,6 @@ PER_LOG_PRIOR = (2.0, 0.007, 0.007, 0.002)
 """Prior of the spread from log to log: degrees of freedom, and sizes for torques [rad/s^2], gains and zeros [rad]. A
 good supply repeats itself to half of the least spread on measured rigs, an encoder that stays switched on to a
 count."""
-
-REST_COUNTS, REST_TIME = 1.5, 0.5
-"""An axis that stays within so many encoder counts for so long [s] says nothing about torques: it rests or sticks."""
 
 RECORD_STEP = 0.01
 """Time [s] over which faster logs are averaged: a tenth of the motors' lag, so that nothing of the plant is lost, and
@@ -136,38 +133,14 @@ REFITTED = 6.0
 """Score [nats] that an established effect needs in a refit as well, and that establishes an effect that every rig has,
 where only the size is open: chance reaches it on one of 3 500 entries, so on one in 100 rigs."""
 
-HALVES_SPLITS, HALVES_DRAWS = 3, 5
-"""Splits of the logs into halves, and draws of the bootstrap that says what sampling allows them to agree on: the index
-to .1."""
-
-STEP_APART = 0.5
-"""Least distance [s] of two steps in time that the filter tells apart: a log offers so many instants by chance."""
-
 # --- what the catalogue cannot name (unknown.py) ---
-
-PERIODIC_BAND, PERIODS = (0.06, 3.0), 4.0
-"""Frequencies [Hz] of a periodic torque, and its least periods in the longest log: fewer are not told from a drift, and
-above an encoder's counts under steady motion look like one."""
 
 UNKNOWN = 22.0
 """Nats of an unknown torque, as of one degree of freedom: the search looks at some 24 curves and, on every axis, 600
 frequencies. Chance reaches it on one of 100 000 rigs, and less is a ripple. A log that is read otherwise, as a mirror
 image or in another unit, has to be likelier by as much."""
 
-UNKNOWN_SHARE = 0.25
-"""Share of what the named effects of an axis carry that an unknown torque beside them must carry: laws are
-idealisations, none is exact."""
-
-# --- what something else does to the rig (pushes.py) ---
-
-PUSHED = 0.1
-"""Share of the samples that may lie in pushes and must not change phi; and share of the samples, those with the fastest
-voltages, from which tau is estimated."""
-
 # --- what moved the rig from outside (references.py) ---
-
-STILL_RATE = 0.05
-"""A reference is still while it moves by less than this share of its range in a second: a smoothed step's tail."""
 
 ADDED_R2 = 0.01
 """R2 that past outputs may add to the past of a reference itself: feedback in disguise adds .1 to 1. And the R2 that
@@ -176,32 +149,8 @@ the angles' innovations add for the voltages where a controller flies."""
 OUTSIDE_SHARE = 0.2
 """Least share of the outside in a channel: below it a small error of the gains is a large one of r."""
 
-SATURATED_SHARE = 0.1
-"""Most samples at the voltages' limit, where r has to be interpolated."""
-
-ROWS = 800
-"""Samples of a log that enter the L1 regression: its equations are exact, more of them only cost time."""
-
-POLES = (2.0, 6.0, 12.0, 25.0, 50.0)
-"""Rates of derivative filters [1/s] from which a law is searched."""
-
-EXACT, AS_GOOD = 0.0001, 3.0
-"""Innovation over the voltages' steps, without the largest tenth, below which a law is exact; how many times larger it
-may be in another log that the same controller flew."""
-
-# --- instruments (instruments.py) ---
-
-CORNER = 20.0
-"""Corner of L [rad/s]: above the rig's motion, below where an encoder's quantisation rules p^2 y."""
-
-LAGUERRE_POLE, LAGUERRE_ORDER = 3.0, 8
-"""Pole [rad/s] and outputs of the bank: memory up to 5 s, a closed loop's."""
-
-AR_ORDER = int(0.5 * SEEN_AT)
-"""Order of the whitening model, half a second: the correlation time of measured air."""
-
-WHITE_FLOOR = 1e-2
-"""Share of white noise taken to be in the residual: whitening stops 20 dB below the strongest band."""
+EXACT = 0.0001
+"""Innovation over the voltages' steps, without the largest tenth, below which a law is exact."""
 
 # --- what a parameter rests on (findings.py) ---
 
@@ -216,15 +165,6 @@ that rest on the noise model are wrong in quiet flights in air that swirls, 2 of
 MATTERS = 0.1
 """Share of a gain below which instruments contradict nothing: in air that swirls theirs of the travel come out 6 % low,
 and .8 dB matter to no controller."""
-
-# --- logs that do not fit the others (outlying_logs.py) ---
-
-ALIEN = 2.5
-"""Ratio of a log's innovations to the others' beyond which it is of another rig: the air of one room hardly makes a
-ratio of two."""
-
-FEWEST = 3
-"""Least number of logs of which one can be told to differ from the others."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -255,9 +195,3 @@ class DiagnosisSettings(GivenRig):
         given = {one.name: getattr(configuration, one.name) for one in fields(GivenRig)}
         form = configuration.format
         return cls(**given, voltage_limit=form.voltage_limit, counts=form.encoder_counts)
-
-    @property
-    def given(self) -> frozenset[str]:
-        """Parameters of the simplified model that no fit estimates."""
-        values = {"theta0": self.rest_pitch, "k_z": self.elevation_gain}
-        return frozenset(name for name, value in values.items() if value is not None)

@@ -11,9 +11,7 @@ periodogram of the innovations.
 
 The best ones are fitted, with the air, and the catalogue is searched again beside them: effects that took their place
 leave. One stays if the likelihood without it, but with named effects and rigid-body mechanics, is lower by
-:data:`.settings.UNKNOWN`, and by more than results from inexact laws. A curve has to make logs likelier that are left
-out, as a manoeuvre that every log repeats bends any curve, and it must not come from a single log. It is then part of
-the plant. A periodic torque is not, as its phase differs from log to log.
+:data:`.settings.UNKNOWN`, and by more than results from inexact laws.
 
 Sources: Cox and Hinkley, Theoretical Statistics, section 9.3; Hastie and Tibshirani, Generalized Additive Models,
 section 3.5 (degrees of freedom); Quinn and Hannan, The Estimation and Tracking of Frequency, chapter 2.
@@ -33,7 +31,7 @@ from .motion import Tables
 from .rig import Array, Coordinate, Effect, means
 from .select import Selection, select
 from .sensitivity import linearise
-from .settings import FORCE, NAMED, PER_LOG, PERIODIC_BAND, PERIODS, UNKNOWN, UNKNOWN_SHARE
+from .settings import FORCE, NAMED, PER_LOG, UNKNOWN
 from .stability import left_out_gain
 from .statements import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
 
@@ -131,7 +129,7 @@ def _period(fitted: Fit, a: int, near: float | None = None) -> Torques:
         white = means((record.weights * e)[:, [a]], record.held)[:, 0]
         spectrum = np.abs(np.fft.rfft(white, size)) ** 2 / len(white)
         power += np.interp(f, np.fft.rfftfreq(size, record.held * record.step), spectrum)
-    low, high = max(PERIODIC_BAND[0], PERIODS / longest), PERIODIC_BAND[1]
+    low, high = max(0.06, 4.0 / longest), 3.0  # fewer periods are a drift; an encoder's counts are faster
     if near is not None:
         low, high = max(low, near - 1.0 / longest), min(high, near + 1.0 / longest)
     power[(f < low) | (f > high)] = 0.0
@@ -182,7 +180,7 @@ def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[
         fall = selection.plant.value - after.plant.value
         weighed = _weigh_fall(after, fall, replace(u, freedom=max(u.freedom + more, 1.0)))
         named = sum(f.score.score for f in after.findings if f.effect.axis in (u.axis, "rotors"))
-        if weighed.score > max(UNKNOWN, UNKNOWN_SHARE * named) and _helps_others(after, u):
+        if weighed.score > max(UNKNOWN, 0.25 * named) and _helps_others(after, u):  # no law is exact
             selection, found = after, [*found, weighed]
             tried = scan(selection.fit)[:2]
     return selection, tuple(_describe(selection.fit, u) for u in found)
