@@ -13,12 +13,10 @@ from scipy.stats import binom
 from benchmarks.rigs import likelihood_of, log_of, windy_logs
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
-from heli_identifier.tracing.feedback import feedback, refusal
 from heli_identifier.tracing.fit import fit
 from heli_identifier.tracing.identification import _estimate_outside, identify_plant
-from heli_identifier.tracing.instrument_rows import Term
-from heli_identifier.tracing.instruments import Regression, instruments
-from heli_identifier.tracing.references import controllers_of, find_references
+from heli_identifier.tracing.instruments import Regression, Term, instruments
+from heli_identifier.tracing.references import controllers_of, feedback, find_references, refusal
 from heli_identifier.tracing.statements import Determination
 from tests.blind.coefficients import Coefficients
 from tests.blind.generator import make_rig

@@ -12,8 +12,7 @@ from scipy.stats import chi2
 from benchmarks.rigs import likelihood_of, windy_logs
 from heli_identifier.results import log_likelihood
 from heli_identifier.tracing import Verdict, helicopter, select
-from heli_identifier.tracing.fit import covariance, fit
-from heli_identifier.tracing.log_parameters import fit_log_spread
+from heli_identifier.tracing.fit import covariance, fit, fit_log_spread
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_time

@@ -38,10 +38,9 @@ from heli_identifier.results.bootstrap import bootstrap, change_figures, rms_fig
 from heli_identifier.results.diagnosis import AxisError, AxisReport, ErrorFigure, HeldOutLikelihood, HeldOutSeries, Use
 from heli_identifier.results.prediction import HORIZONS, SPACING, STRETCH, Model, Run, simulate_record
 from heli_identifier.results.words import AHEAD
-from heli_identifier.tracing.fit import Fit, fit
+from heli_identifier.tracing.fit import Fit, fit, fit_per_log
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.likelihood import Likelihood, undo_in_record
-from heli_identifier.tracing.log_parameters import fit_per_log
 from heli_identifier.tracing.noise import filters, recolour
 from heli_identifier.tracing.references import CHANNELS, controllers_of
 from heli_identifier.tracing.rig import Array, Parameters, Record, records_of

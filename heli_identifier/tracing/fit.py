@@ -29,6 +29,7 @@ from .settings import (
     FARTHEST,
     ITERATIONS,
     LARGEST_STEP,
+    PER_LOG_PRIOR,
     ROUGHLY,
     ROUNDS,
 )
@@ -287,6 +288,36 @@ def _descend(
 def known_fit(likelihood: Likelihood, fields: Sequence[str], point: Point, sigma: Array) -> Fit:
     """Return the fit of ``fields`` whose result is known: a plant, its air, and scales ``sigma`` (a,) [rad]."""
     return replace(Fit.at(likelihood, *_coordinates_of(likelihood, fields, point.parameters), point), sigma=sigma)
+
+
+def fit_per_log(likelihood: Likelihood, point: Point, sigma: Array) -> Fit:
+    """Fit the per-log parameters alone: plant, air and scales ``sigma`` (a,) [rad] are known."""
+    fitted = known_fit(likelihood, (), point, sigma)
+    for _ in range(ROUNDS):
+        if fitted.quadratic.per_log_fall < CONVERGED:
+            break
+        per_log = fitted.point.per_log + np.array([c for c, _ in fitted.quadratic.per_log_steps])
+        fitted = known_fit(likelihood, (), replace(fitted.point, per_log=per_log), sigma)
+    return fitted
+
+
+def fit_log_spread(fitted: Fit) -> Fit:
+    """Estimate how much torques, gains and zeros differ from log to log, and fit again with that.
+
+    tau^2 = (nu s^2 + sum_l E (b_l - mean b)^2) / (nu + L - 3) on every axis, with the prior (nu, s): the mean of the
+    scaled inverse chi-squared posterior, as its mode gives too narrow intervals of the gains where logs are few (Gelman
+    et al., Bayesian Data Analysis, 3rd ed., section 2.6). The mean over the logs is taken off, because the plant has to
+    explain it. A single log keeps the width of its gains, as it says nothing of their spread.
+    """
+    nu, *s = PER_LOG_PRIOR
+    a, b, widths = len(fitted.likelihood.rig.axes), fitted.point.per_log, fitted.likelihood.widths.copy()
+    variances = np.diagonal(fitted.quadratic.covariance, axis1=1, axis2=2).sum(0)
+    squares = ((b - b.mean(0)) ** 2).sum(0) + (1.0 - 1.0 / len(b)) * variances
+    torques, gains, zeros = slice(0, a), slice(3 * a, 4 * a), slice(4 * a, 5 * a)
+    for size, part in zip(s, (torques, gains, zeros), strict=True):
+        if len(b) > 1 or part != gains:
+            widths[part] = np.sqrt((nu * size**2 + squares[part]) / max(nu + len(b) - 3.0, 1.0))
+    return fit(replace(fitted.likelihood, widths=widths), fitted.names, fitted)
 
 
 def covariance(fitted: Fit) -> Array:

@@ -25,11 +25,10 @@ from heli_identifier.chain import (
 from heli_identifier.records import ANGLES, Event, Log, check_excitation, check_moving, read_logs
 
 from .findings import catalogue_verdicts, estimates, found_effect, lag_effect, parameter_reports
-from .fit import Fit, covariance, fit
+from .fit import Fit, covariance, fit, fit_log_spread
 from .helicopter import LAG_WIDTH, Rig, helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
-from .log_parameters import fit_log_spread
 from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, sign_notes
 from .pushes import find_pushes
 from .references import References, find_references

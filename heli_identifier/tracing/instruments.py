@@ -31,31 +31,41 @@ and chapter 6; J. D. Angrist, G. W. Imbens, A. B. Krueger, J. Appl. Econometrics
 Shea, Rev. Economics and Statistics 79 (1997) 348, for the share.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache
 from math import inf, nan
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import bilinear, butter, lfilter, resample_poly
 from scipy.special import chdtri, fdtrc, stdtrit
 
 from heli_identifier.errors import LogError
 
-from .instrument_rows import (
-    Rows,
-    Term,
-    differentiate,
-    filter_terms,
-    laguerre_outputs,
-    number_blocks,
-    predict_signals,
-    reduce_rate,
-    sum_blocks,
-    whitened_rows,
-    whitening_filter,
-)
 from .rig import Array
-from .settings import SEEN_AT
+from .settings import BLOCK, SEEN_AT, SETTLING
+
+Rows = Sequence[NDArray[Any]]
+
+AR_ORDER = 12
+"""Order of the whitening model, half a second: the correlation time of measured air."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """One regressor of an axis, p^order f(s) with its parameter."""
+
+    name: str
+    """The parameter."""
+    of: Callable[[Array], Array]
+    """f: signals of shape (N, n) to a column of shape (N,)."""
+    order: int = 0
+    """Order of differentiation, 0 or 1."""
+    prior: tuple[float, float] = (0.0, inf)
+    """Prior mean and standard deviation of the parameter, in its unit; infinite without a prior."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,3 +215,118 @@ def _alone(x: Array, k: int) -> float:
     """|M x_k|^2, M removing the other columns."""
     others = np.delete(x, k, axis=1)
     return float(np.sum((x[:, k] - others @ np.linalg.lstsq(others, x[:, k], rcond=1e-10)[0]) ** 2))
+
+
+def reduce_rate(signal: Array, rate: float) -> Array:
+    """Bring a signal (N,) or (N, n) to 25 Hz, shape (M, n), behind a zero-phase filter against aliasing."""
+    signal = np.reshape(signal, (len(signal), -1))
+    ratio = Fraction(SEEN_AT / rate).limit_denominator(400)
+    if ratio == 1:
+        return np.asarray(signal, dtype=float)
+    return resample_poly(signal, ratio.numerator, ratio.denominator, axis=0, padtype="line")
+
+
+def differentiate(signal: Array, order: int) -> Array:
+    """L p^order of a signal, from rest at its first value."""
+    fine = resample_poly(signal - signal[:1], 8, 1, axis=0, padtype="line")
+    return lfilter(*_differentiator(order), fine, axis=0)[::8]
+
+
+@cache
+def _differentiator(order: int) -> tuple[Array, Array]:
+    """L p^order by the bilinear transform at 200 Hz.
+
+    At 25 Hz itself the transform's p^2 would be 12 % too large at the corner, and so would every gain.
+    """
+    numerator, denominator = butter(3, 20.0, analog=True)
+    return bilinear(np.r_[numerator, np.zeros(order)], denominator, 8 * SEEN_AT)
+
+
+def filter_terms(terms: Sequence[Term], signals: Array) -> Array:
+    """L p^order f(s) of every term, shape (N, k)."""
+    return np.column_stack([differentiate(np.asarray(term.of(signals)), term.order) for term in terms])
+
+
+def laguerre_outputs(references: Array) -> Array:
+    """Laguerre outputs of every reference, shape (N, 8 m): sqrt(2 a)/(p + a) ((p - a)/(p + a))^i."""
+    a = 3.0
+    outputs = [lfilter(*bilinear([np.sqrt(2.0 * a)], [1.0, a], SEEN_AT), references - references[:1], axis=0)]
+    through = bilinear([1.0, -a], [1.0, a], SEEN_AT)
+    for _ in range(7):
+        outputs.append(lfilter(*through, outputs[-1], axis=0))
+    return np.hstack(outputs)
+
+
+def predict_signals(signals: Sequence[Array], banks: Sequence[Array]) -> tuple[Array, ...]:
+    """s_hat of every log by the K of the others; of a single log's halves by the K of the other half."""
+    if len(signals) == 1:
+        n, gap = len(signals[0]) // 2, round(BLOCK * SEEN_AT / 2.0)
+        ends = [(slice(0, n), slice(n + gap, None)), (slice(n, None), slice(0, max(n - gap, 0)))]
+        halves = [_predict(signals[0][near], banks[0][near], [signals[0][far]], [banks[0][far]]) for near, far in ends]
+        return (np.vstack(halves),)
+    others = [[j for j in range(len(signals)) if j != i] for i in range(len(signals))]
+    return tuple(
+        _predict(signals[i], banks[i], [signals[j] for j in far], [banks[j] for j in far])
+        for i, far in enumerate(others)
+    )
+
+
+def _predict(signals: Array, bank: Array, others: Sequence[Array], banks: Sequence[Array]) -> Array:
+    """Mean + (b - mean b) K, with a ridge of 1e-6 of the mean variance: Laguerre outputs of a short log are alike."""
+    x = np.vstack([b - b.mean(axis=0) for b in banks])
+    y = np.vstack([s - s.mean(axis=0) for s in others])
+    if x.shape[1] == 0 or not np.any(x):
+        return np.tile(signals.mean(axis=0), (len(signals), 1))
+    scale = np.linalg.norm(x, axis=0)
+    scale[scale == 0.0] = inf
+    x /= scale
+    gains = np.linalg.solve(x.T @ x + 1e-6 * np.eye(x.shape[1]), x.T @ y) / scale[:, None]
+    return signals.mean(axis=0) + (bank - bank.mean(axis=0)) @ gains
+
+
+def number_blocks(kept: Rows) -> tuple[Array, ...]:
+    """Return each sample the number of its block of 4 s; -1 at the start, where left out, and shortly after that."""
+    numbers, first, length = [], 0, round(BLOCK * SEEN_AT)
+    for keep in kept:
+        number = first + np.arange(len(keep)) // length
+        left_out = np.convolve(~keep, np.ones(AR_ORDER + 12), "full")[: len(keep)] > 0
+        left_out[: round(SETTLING * SEEN_AT)] = left_out[-AR_ORDER:] = True  # filters start at rest; resampling
+        first = int(number[-1]) + 1
+        numbers.append(np.where(left_out, -1, number))
+    return tuple(numbers)
+
+
+def whitened_rows(white: Array, blocks: Rows, *signals: Rows) -> tuple[list[Array], Array]:
+    """Whiten signals of each log, keep the samples that have a block, remove means by log; the block numbers."""
+    parts, ends = [], np.cumsum([rows[0].shape[1] for rows in signals])
+    for number, *columns in zip(blocks, *signals, strict=True):
+        keep = number >= 0
+        bank = lfilter(white, [1.0], np.column_stack(columns), axis=0)[keep]
+        parts.append(bank - bank.mean(axis=0) if keep.any() else bank)
+    return np.split(np.vstack(parts), ends[:-1], axis=1), np.concatenate(blocks)[np.concatenate(blocks) >= 0]
+
+
+def whitening_filter(residuals: Rows, blocks: Rows) -> Array:
+    """1 - a_1/z - ... of an AR(12) model by least squares over all logs, from samples whose past was kept.
+
+    White noise 20 dB below the residual is added to it: for a log without encoder noise, whitening would amplify the
+    errors of K at high frequencies, and a damping's interval would cover .6; with the added noise it covers .9.
+    """
+    rows = []
+    for e, number in zip(residuals, blocks, strict=True):
+        keep = number >= 0
+        e = np.where(keep, e - e[keep].mean() if keep.any() else 0.0, 0.0)
+        past = np.column_stack([e[AR_ORDER - i : len(e) - i] for i in range(AR_ORDER + 1)])
+        rows.append(past[keep[AR_ORDER:] & keep[:-AR_ORDER]])
+    table = np.vstack(rows)
+    now, past = table[:, 0], table[:, 1:]
+    normal = past.T @ past + 1e-2 * float(now @ now) * np.eye(AR_ORDER)
+    return np.r_[1.0, -np.linalg.solve(normal, past.T @ now)]
+
+
+def sum_blocks(rows: Array, number: Array) -> Array:
+    """Sum rows over blocks, shape (B, k); blocks with nothing in them left out."""
+    present, index = np.unique(number, return_inverse=True)
+    scores = np.zeros((len(present), rows.shape[1]))
+    np.add.at(scores, index, rows)
+    return scores

@@ -21,7 +21,7 @@ from heli_plant.simulation import run_accelerations
 from heli_plant.state import PlantState, start_state
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
 
-from .instrument_rows import Term
+from .instruments import Term
 from .rig import Array, Effect, Record
 from .settings import MOTION_WINDOW, TIMED, WINDOW
 

@@ -25,6 +25,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from heli_identifier.chain import Defect
 from heli_identifier.errors import LogError
@@ -34,7 +35,7 @@ from heli_identifier.records import Log
 from .fit import Fit, fit, known_fit
 from .helicopter import Rig
 from .likelihood import Likelihood, undo_in_record
-from .log_parameters import log_offsets
+from .noise import error_dynamics
 from .rig import Array, Record, record_of
 from .settings import KEPT, OUTLIER, PER_LOG, UNKNOWN
 
@@ -149,6 +150,39 @@ def _lie_apart(values: Array, least: float) -> NDArray[np.bool_]:
     """Which of the logs' values (L, ...) lie apart from those of the others, by more than ``least``."""
     apart = np.abs(values - np.median(values, axis=0))
     return np.asarray(apart > np.maximum(least, OUTLIER * np.median(apart, axis=0) / 0.6745), dtype=bool)
+
+
+def log_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
+    """Constant torques (a,) [rad/s^2] of one log under a plant, without a prior, and its innovations (N, a) [rad].
+
+    An axis on which nothing counts has nan.
+    """
+    likelihood = replace(fitted.likelihood, records=(record,))
+    point = likelihood.neutral_point(fitted.parameters, fitted.point.z)
+    return subtract_offsets(fitted, record, likelihood.run_all(point)[0][0])
+
+
+def subtract_offsets(fitted: Fit, record: Record, e: Array) -> tuple[Array, Array]:
+    """Take constant torques out of the innovations ``e`` (N, a) of one log, and the periodic torques of the fit.
+
+    The phase of a periodic torque differs from log to log. Returns the constant torques (a,) [rad/s^2] and the rest of
+    e.
+    """
+    b, axes, rest = np.full(e.shape[1], np.nan), fitted.likelihood.filters(record, fitted.point), e.copy()
+    for axis in range(len(b)):
+        w = huber = record.weights[:, axis]
+        if not w.any():
+            continue
+        phases = [sine[1] * record.time for sine in (fitted.point.harmonics or [[]])[0] if sine[0] == axis]
+        torques = [np.ones(record.samples), *(wave(phase) for phase in phases for wave in (np.cos, np.sin))]
+        c = np.column_stack([lfilter(*error_dynamics(axes[axis]), torque) for torque in torques])
+        for _ in range(4):  # from least squares on
+            x = np.linalg.solve((c.T * huber) @ c, -(c.T * huber) @ e[:, axis])
+            rest[:, axis] = e[:, axis] + c @ x
+            size = np.abs(rest[:, axis])
+            huber = w * np.minimum(1.0, OUTLIER * np.median(size[w > 0]) / 0.6745 / np.maximum(size, 1e-12))
+        b[axis] = x[0]
+    return b, rest
 
 
 def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:

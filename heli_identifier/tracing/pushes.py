@@ -29,10 +29,10 @@ from scipy.special import ndtri
 from heli_identifier.chain import MARGIN
 from heli_identifier.records import Event, Log
 
-from .fit import Fit, fit
+from .fit import Fit, fit, fit_per_log
 from .likelihood import undo_in_record
-from .log_parameters import fit_per_log, subtract_offsets
 from .noise import error_dynamics, match_steps, start_memory
+from .outlying_logs import subtract_offsets
 from .rig import Array, Record, records_of
 from .settings import SEEN_AT, SETTLING, UNKNOWN
 
