@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from scipy.signal import correlate, welch
+from scipy.signal import correlate
 
 from heli_identifier import tracing
 from heli_identifier.results import tables, words
@@ -212,24 +212,18 @@ def rank_experiments(
     return [(determines[e], e) for e in sorted(determines, key=lambda e: (e not in urgent, -len(determines[e])))]
 
 
-def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[str, str, list[str]]]:
-    """Return of every axis its name, the test for white innovations, and figures of spectrum and autocorrelation."""
+def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[str, str, str]]:
+    """Return of every axis its name, the test for white innovations, and the figure of their autocorrelation."""
     for index, axis in enumerate(AXES):
-        spectrum, autocorrelation = Axes("innovations [1/Hz]", logarithmic=True), Axes("autocorrelation")
+        panel = Axes("autocorrelation")
         for label, values in ((label, of_axes[:, index]) for label, of_axes in series.residuals.items()):
-            frequency, power = welch(values, 1.0 / series.residual_step, nperseg=min(1024, len(values)))
-            spectrum.line(frequency[1:], power[1:], label, label)
             centred = values - values.mean()
             values_by_lag = correlate(centred, centred)[len(values) :][:LAGS] / max(float(centred @ centred), 1e-300)
-            autocorrelation.line(np.arange(1, LAGS + 1) * series.residual_step, values_by_lag, label, label)
+            panel.line(np.arange(1, LAGS + 1) * series.residual_step, values_by_lag, label, label)
         bound = np.full(2, 1.96 / np.sqrt(len(values)))
-        autocorrelation.band(np.array([0.0, LAGS * series.residual_step]), -bound, bound, "95 % of white noise")
+        panel.band(np.array([0.0, LAGS * series.residual_step]), -bound, bound, "95 % of white noise")
         p_value = diagnosis.axes[axis].whiteness_p["after"]
         result = words.p_text(p_value) if p_value is not None and p_value >= 0.0 else "no sample counts"
         white = f"Ljung-Box test of white innovations, all held-out logs: {result}."
-        subject = f"of the innovations of the {axis} on {series.log.name}, before and after"
-        figures = [
-            figure([spectrum], "frequency [Hz]", f"Power spectral density {subject}", log_x=True),
-            figure([autocorrelation], "lag [s]", f"Autocorrelation {subject}"),
-        ]
-        yield f"{axis.capitalize()}, {series.log.name}", white, figures
+        subject = f"Autocorrelation of the innovations of the {axis} on {series.log.name}, before and after"
+        yield f"{axis.capitalize()}, {series.log.name}", white, figure([panel], "lag [s]", subject)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from heli_identifier.records import Log
-from heli_identifier.results.words import label_with_unit, power_text
+from heli_identifier.results.words import label_with_unit
 from heli_identifier.tracing.rig import Array
 from heli_plant.effects import AXES
 
@@ -47,7 +47,6 @@ class Axes:
     y_label: str
     height: float = 170.0
     limits: tuple[float, float] | None = None
-    logarithmic: bool = False
     names: Sequence[str] = ()
     marks: list[tuple[str, Array, Array, str, float]] = field(default_factory=list)
     spans: list[tuple[float, float]] = field(default_factory=list)
@@ -80,11 +79,14 @@ def figure(
     x_label: str,
     description: str,
     width: float = 520.0,
-    log_x: bool = False,
     x_limits: tuple[float, float] | None = None,
+    log_x: bool = False,
 ) -> str:
-    """Return axes from top to bottom, over one x, as an ``<svg>`` element with a ``description`` for screen readers."""
-    x_ends = x_limits or _range(np.concatenate([x for panel in panels for _, x, *_ in panel.marks]), log_x)
+    """Return axes from top to bottom, over one x, as an ``<svg>`` element with a ``description`` for screen readers.
+
+    A logarithmic x needs limits.
+    """
+    x_ends = x_limits or _range(np.concatenate([x for panel in panels for _, x, *_ in panel.marks]))
     margin = max(LEFT, *(LETTER * len(name) + 16.0 for panel in panels for name in panel.names), 0.0)
     legend, top = _legend([entry for panel in panels for entry in panel.labels], margin, width)
     height, inner = top + sum(panel.height + GAP for panel in panels) - GAP + BOTTOM, width - margin - RIGHT
@@ -115,13 +117,13 @@ def _panel(
     panel: Axes, top: float, left: float, inner: float, x_ends: tuple[float, float], log_x: bool, last: bool
 ) -> str:
     """Draw one pair of axes: the grid, with the numbers of x if it is the ``last`` one, and the marks in a frame."""
-    ends = panel.limits or _range(np.concatenate([y for _, _, y, *_ in panel.marks]), panel.logarithmic)
+    ends = panel.limits or _range(np.concatenate([y for _, _, y, *_ in panel.marks]))
     rows = [(float(row), name) for row, name in enumerate(panel.names)]
     if rows:
         ends = (len(rows) - 0.4, -0.6)
-    x_at, y_at = _scale(x_ends, 0.0, inner, log_x), _scale(ends, panel.height, 0.0, panel.logarithmic)
+    x_at, y_at = _scale(x_ends, 0.0, inner, log_x), _scale(ends, panel.height, 0.0)
     parts = []
-    for value, text in rows or ticks(*ends, max(2, round(panel.height / 45.0)), panel.logarithmic):
+    for value, text in rows or ticks(*ends, max(2, round(panel.height / 45.0))):
         at = top + y_at(value)
         parts.append("" if rows else f'<path class="rule" d="M{left:g},{at:.1f}h{inner:g}"/>')
         parts.append(_text(left - 6.0, at + 4.0, text, "end"))
@@ -140,15 +142,11 @@ def _panel(
     return "".join([*parts, "</svg>", _text(12.0, middle, panel.y_label, "middle", turned)])
 
 
-def _scale(ends: tuple[float, float], start: float, end: float, logarithmic: bool) -> Callable[[Any], Any]:
+def _scale(ends: tuple[float, float], start: float, end: float, logarithmic: bool = False) -> Callable[[Any], Any]:
     """Return the function that maps values between two ends to positions from ``start`` to ``end`` [px]."""
-    low, high = np.log10(ends) if logarithmic else ends
-
-    def place(values: Any) -> Any:
-        scaled = np.log10(np.maximum(values, 1e-300)) if logarithmic else values
-        return start + (scaled - low) / (high - low) * (end - start)
-
-    return place
+    scaled = np.log10 if logarithmic else np.asarray
+    low, high = scaled(ends)
+    return lambda values: start + (scaled(values) - low) / (high - low) * (end - start)
 
 
 def figure_file(svg: str) -> str:
@@ -191,12 +189,8 @@ def run_figure(result: Any, log: Log | None = None) -> str:
 def ticks(low: float, high: float, count: int, logarithmic: bool = False) -> list[tuple[float, str]]:
     """Return about ``count`` round values between two ends, each with its text."""
     if logarithmic:
-        powers = range(floor(log10(low)), floor(log10(high) + 1e-9) + 1)
-        whole = [(10.0**n, power_text(n)) for n in powers if 10.0**n >= low * (1.0 - 1e-9)]
-        if len(whole) > 2:
-            return whole[:: max(1, len(whole) // count)]
-        finer = [(m * 10.0**n, power_text(n) if m == 1 else f"{m}·{power_text(n)}") for n in powers for m in (1, 2, 5)]
-        return [(value, text) for value, text in finer if low <= value <= high]
+        decades = range(floor(log10(low)), ceil(log10(high)))
+        return [(x, f"{x:g}") for n in decades for m in (1, 2, 5) if low <= (x := m * 10.0**n) <= high]
     rough = (high - low) / count
     unit = 10.0 ** floor(log10(rough))
     step = min((unit * n for n in (1, 2, 5, 10)), key=lambda candidate: abs(log10(candidate / rough)))
@@ -223,11 +217,9 @@ def _mark(kind: str, x: Array, y: Array, role: str, size: float, inner: float) -
     return f'<path d="{path}" fill="none" stroke="{colour}" stroke-width="{size:g}"/>'
 
 
-def _range(values: Array, logarithmic: bool) -> tuple[float, float]:
-    finite = values[np.isfinite(values) & ((values > 0.0) | (not logarithmic))]
+def _range(values: Array) -> tuple[float, float]:
+    finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
-    if logarithmic:
-        return low, max(high, 1.01 * low)
     room = 0.04 * (high - low) or 0.5 * abs(high) or 1.0
     return low - room, high + room
 

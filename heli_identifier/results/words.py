@@ -46,11 +46,6 @@ def label_with_unit(text: str, unit: str) -> str:
     return f"{text} [{unit_text(unit) or '1'}]"
 
 
-def power_text(exponent: int) -> str:
-    """Return a power of ten as 10⁻³, for the ticks of a logarithmic axis."""
-    return "10" + str(exponent).translate(_SUPERSCRIPTS)
-
-
 def to_digits(value: float, digits: int = 3) -> str:
     """Return ``value`` with some significant digits, without an exponent if that is shorter."""
     if not isfinite(value):
