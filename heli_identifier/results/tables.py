@@ -3,10 +3,10 @@
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from html import escape
 from typing import Any, NamedTuple
 
 from heli_identifier.online import GAINS, Estimate
+from heli_identifier import results  # its templates are loaded when a page is made
 from heli_identifier.results import words
 from heli_identifier.results.diagnosis import Diagnosis
 from heli_identifier.results.documents import numbers_of, to_json_value
@@ -39,19 +39,8 @@ class Table(NamedTuple):
         return "\n".join("  ".join(cells).rstrip() for cells in padded)
 
     def __html__(self) -> str:
-        """Return a ``<table>`` element for pages.
-
-        Every cell names its column, so that a narrow screen can show a row as a list.
-        """
-        kinds = [' class="number"' if figure else "" for figure in self.figures]
-        heads = [escape(name) for name in self.columns]
-        head = "".join(f'<th scope="col"{kind}>{name}</th>' for name, kind in zip(heads, kinds, strict=True))
-        body = ""
-        for row in self.rows:
-            entries = zip(map(escape, row), heads, kinds, strict=True)
-            row_html = "".join(f'<td{kind} data-label="{name}">{cell}</td>' for cell, name, kind in entries)
-            body += f"<tr>{row_html}</tr>"
-        return f'<table class="stack"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+        """Return a ``<table>`` element for pages."""
+        return results.render("table.html.j2", table=self)
 
 
 class Tabular(ABC):
@@ -85,8 +74,7 @@ class Tabular(ABC):
 
     def _repr_html_(self) -> str:
         """Show the table in a notebook."""
-        remarks = "".join(f"<p>{escape(words.typeset(remark))}</p>" for remark in (*self.remarks, *self.warnings))
-        return f"<p>{escape(self.table.title)}</p>{self.table.__html__()}{remarks}"
+        return results.render("tabular.html.j2", table=self.table, remarks=(*self.remarks, *self.warnings))
 
 
 GAIN_OF = dict(zip(AXES, GAINS, strict=True))
