@@ -261,10 +261,7 @@ def test_look_says_who_flew_accuses_a_bare_rig_of_nothing_and_finds_its_gains_in
         estimate = looked.gains[name].estimate
         error = abs(estimate.value - slopes[name])
         assert error < min(3.0 * 1.96 * estimate.standard_error, 0.25 * abs(slopes[name]))
-    flown, moved, gains = looked.lines
-    assert flown.startswith("A controller flew; references: ")
-    assert all(axis in moved for axis in ("pitch", "elevation", "travel"))
-    assert all(name in gains for name in GAINS)  # each is either determined or named as missing
+    assert looked.table.title.startswith("A controller flew; references: ") and len(looked.table.rows) == 3
     paths = [write_log(log, tmp_path / f"{log.name}.csv") for log in logs[:2]]
     found = heli_json("look", *paths)
     assert found["closed_loop"] and set(found["gains"]) == set(GAINS)

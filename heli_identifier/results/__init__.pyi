@@ -24,7 +24,6 @@ from .documents import write_files as write_files
 from .documents import write_whole_folder as write_whole_folder
 from .held_out import log_likelihood as log_likelihood
 from .looking import Look as Look
-from .looking import diagnosis_lines as diagnosis_lines
 from .looking import look as look
 from .parameters import PLANT as PLANT
 from .parameters import ParameterSet as ParameterSet

@@ -4,7 +4,7 @@ The page begins with the verdict, a card per axis, measured and predicted motion
 out, and the experiment that would answer most questions. A notebook shows the same parts without the page.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from heli_identifier.results.documents import write_files
 from heli_identifier.results.parameters import PLANT, corrected_parameters
 from heli_identifier.results.running import build, check_free_run
 from heli_identifier.results.svg import Axes, figure
-from heli_identifier.tracing import Determination, Verdict
+from heli_identifier.tracing import Determination
 from heli_plant.effects import AXES
 from heli_plant.effects import effect as catalogue_effect
 from heli_plant.parameters import BY_FIELD
@@ -93,7 +93,7 @@ def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
         "overlay": _draw_overlay(diagnosis),
         "found": [_effect_facts(diagnosis, effect) for effect in diagnosis.effects if effect.in_plant],
         "experiments": [
-            f"{text} It would settle: {words.join_words(what)}." for what, text in experiments_of(diagnosis)
+            f"{text} It would settle: {words.join_words(what)}." for what, text in tables.experiments_of(diagnosis)
         ],
     }
 
@@ -182,34 +182,6 @@ def _law_figure(curve: tracing.EffectCurve, title: str) -> str:
         panel.points(curve.points[:, 0], 1e3 * curve.points[:, 1], "measured", "data")
     label = words.label_with_unit(tracing.variable_name(curve.variable), curve.unit)
     return figure([panel], label, f"{title}: the law with its band over what the training logs show")
-
-
-def experiments_of(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
-    """Rank the experiments that a diagnosis asks for, as :func:`rank_experiments` does."""
-    return rank_experiments(diagnosis.parameters, (*diagnosis.effects, *diagnosis.possible), diagnosis.catalogue)
-
-
-def rank_experiments(
-    parameters: Mapping[str, tracing.ParameterReport], effects: Sequence[tracing.FoundEffect],
-    catalogue: Sequence[tracing.CatalogueVerdict],
-) -> list[tuple[list[str], str]]:  # fmt: skip
-    """Return every experiment that would help, with what it would determine.
-
-    First come those for gains that are not determined, on which no controller can be designed, then those that would
-    determine most.
-    """
-    questions = (
-        *((report.experiment, words.name_parameter(name)) for name, report in parameters.items()),
-        *((effect.experiment, words.describe_effect(effect)) for effect in effects),
-        *((e.experiment, words.effect_name(e.name, e.axis)) for e in catalogue if e.verdict == Verdict.NOT_TESTABLE),
-    )
-    determines: dict[str, list[str]] = {}
-    for experiment, what in questions:
-        determines.setdefault(experiment, []).append(what)
-    determines.pop("", None)
-    gains = [parameters[name] for name in tables.GAIN_OF.values() if name in parameters]
-    urgent = {report.experiment for report in gains if report.determination is Determination.NOT_DETERMINED}
-    return [(determines[e], e) for e in sorted(determines, key=lambda e: (e not in urgent, -len(determines[e])))]
 
 
 def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[str, str, str]]:

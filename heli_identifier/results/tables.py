@@ -2,15 +2,15 @@
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from heli_identifier import results, tracing  # the templates of results are loaded when a page is made
 from heli_identifier.online import GAINS, Estimate
-from heli_identifier import results  # its templates are loaded when a page is made
 from heli_identifier.results import words
 from heli_identifier.results.diagnosis import Diagnosis
 from heli_identifier.results.documents import numbers_of, to_json_value
-from heli_identifier.tracing import CurveShape, ParameterReport, Verdict
+from heli_identifier.tracing import CurveShape, Determination, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
 
@@ -114,7 +114,12 @@ def gain_table(diagnosis: Diagnosis) -> Table:
         value, alone, rests = gain_cells(diagnosis.parameters.get(name), diagnosis.parameters_after[name])
         rows.append((axis, BY_FIELD[name].symbol, value, rests, alone, str(report.use)))
     columns = ("axis", "gain", "value", "it is", "references alone", f"use over {words.horizon(diagnosis)}")
-    return Table(f"Gains as slopes at {words.to_digits(diagnosis.settings['operating_point'])} V", columns, rows)
+    title = f"Gains as slopes at {words.to_digits(diagnosis.settings['operating_point'])} V"
+    remarks = (
+        words.flight_sentence(diagnosis.closed_loop, diagnosis.references.split(" and ")),
+        f"to fly next: {next((text for _, text in experiments_of(diagnosis)), 'nothing')}",
+    )
+    return Table(title, columns, rows, remarks)
 
 
 def parameter_table(diagnosis: Diagnosis) -> Table:
@@ -204,3 +209,32 @@ def diagnosis_summary(diagnosis: Diagnosis) -> str:
     gains, errors = gain_table(diagnosis).text(), error_table(diagnosis).text()
     parts = (words.verdict_line(diagnosis), *effects, gains, words.held_out_sentence(diagnosis), errors)
     return "\n".join([*parts, *words.typeset_notes(diagnosis.notes)])
+
+
+def experiments_of(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
+    """Rank the experiments that a diagnosis asks for, as :func:`rank_experiments` does."""
+    return rank_experiments(diagnosis.parameters, (*diagnosis.effects, *diagnosis.possible), diagnosis.catalogue)
+
+
+def rank_experiments(
+    parameters: Mapping[str, ParameterReport],
+    effects: Sequence[tracing.FoundEffect],
+    catalogue: Sequence[tracing.CatalogueVerdict],
+) -> list[tuple[list[str], str]]:
+    """Return every experiment that would help, with what it would determine.
+
+    First come those for gains that are not determined, on which no controller can be designed, then those that would
+    determine most.
+    """
+    questions = (
+        *((report.experiment, words.name_parameter(name)) for name, report in parameters.items()),
+        *((effect.experiment, words.describe_effect(effect)) for effect in effects),
+        *((e.experiment, words.effect_name(e.name, e.axis)) for e in catalogue if e.verdict == Verdict.NOT_TESTABLE),
+    )
+    determines: dict[str, list[str]] = {}
+    for experiment, what in questions:
+        determines.setdefault(experiment, []).append(what)
+    determines.pop("", None)
+    gains = [parameters[name] for name in GAIN_OF.values() if name in parameters]
+    urgent = {report.experiment for report in gains if report.determination is Determination.NOT_DETERMINED}
+    return [(determines[e], e) for e in sorted(determines, key=lambda e: (e not in urgent, -len(determines[e])))]

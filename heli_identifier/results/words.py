@@ -148,6 +148,11 @@ def join_words(words: Sequence[str], last: str = "and") -> str:
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
+def flight_sentence(closed_loop: bool, references: Sequence[str]) -> str:
+    """Say whether a controller flew, and what moved the rig from outside."""
+    return f"{'A controller flew' if closed_loop else 'Open loop'}; references: {join_words(references) or 'none'}."
+
+
 def uses_text(uses: Mapping[str, Use | None]) -> str:
     """Say which axes may be used for what; empty if no use is known."""
     axes_by_use = {use: [axis for axis, use_of_axis in uses.items() if use_of_axis is use] for use in Use}
