@@ -33,8 +33,8 @@ from .parameters import plant_values as plant_values
 from .prediction import Model as Model
 from .report import NATIVE_PLANT as NATIVE_PLANT
 from .report import RESULTS as RESULTS
-from .report import notebook_view as notebook_view
 from .report import render as render
+from .report import report_page as report_page
 from .report import write_results as write_results
 from .running import build as build
 from .running import play_log as play_log

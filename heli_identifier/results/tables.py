@@ -141,10 +141,9 @@ def effect_table(diagnosis: Diagnosis) -> Table:
     for effect in (*diagnosis.effects, *diagnosis.possible):
         gain = "–" if effect.left_out_gain is None else f"{effect.left_out_gain:+z.1f}".replace("-", "−")
         in_plant = f"table.{effect.axis}.*" if isinstance(effect.shape, CurveShape) else "yes"
-        rivals = words.join_words([words.effect_name(*other) for other in effect.alternatives], "or")
         coefficient = words.with_interval(effect.coefficient) if effect.coefficient else "–"
         cells = (words.effect_title(effect), effect.verdict, coefficient, words.to_digits(effect.score), gain)
-        rows.append((*cells, in_plant if effect.in_plant else "no", rivals))
+        rows.append((*cells, in_plant if effect.in_plant else "no", words.name_rivals(effect)))
     columns = ("effect", "it is", "coefficient", "score [nats]", "left-out logs gain [nats]", "in the plant", "or")
     title = "Effects that the model lacks" if diagnosis.effects else "Possible effects, no findings"
     remarks = ["or: explains these logs about as well; the report says what to measure to decide"]

@@ -216,6 +216,11 @@ def _with_rival(effect: tracing.FoundEffect) -> str:
     return f"{describe_effect(effect)} or {effect_name(name, axis)}"
 
 
+def name_rivals(effect: tracing.FoundEffect) -> str:
+    """Name the other effects that explain the logs about as well as one does; empty if there are none."""
+    return join_words([effect_name(*other) for other in effect.alternatives], "or")
+
+
 def has_sign(effect: tracing.FoundEffect) -> bool:
     """Whether the interval of an effect's coefficient excludes zero; a torque by table has no coefficient."""
     if effect.coefficient is None:
