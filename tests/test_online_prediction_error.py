@@ -194,7 +194,7 @@ def test_logs_flown_by_a_controller_are_identified_within_their_intervals(two_fl
         # 3.5 standard errors: four estimates exceed it once in 500 runs.
         assert abs(estimate.value - getattr(TABLE_2, name)) < 3.5 * estimate.standard_error
     hidden = [name for name, estimate in found.estimates.items() if not estimate.is_determined]
-    assert hidden and all(name in found.remarks[0] for name in hidden)  # what is not determined is named
+    assert hidden and all(name in found.table.remarks[0] for name in hidden)  # what is not determined is named
 
 
 def test_logs_together_are_the_product_of_their_likelihoods_and_one_prior(two_flights):

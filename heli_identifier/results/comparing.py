@@ -56,11 +56,6 @@ class Comparison(Tabular):
     """What limits the comparison."""
 
     @property
-    def remarks(self) -> tuple[str, ...]:
-        """What limits the comparison."""
-        return self.notes
-
-    @property
     def moved(self) -> tuple[str, ...]:
         """Parameters and effects that moved by more than their intervals, or that one plant alone has."""
         unmoved = ("given", "within its interval")
@@ -68,12 +63,12 @@ class Comparison(Tabular):
 
     @property
     def table(self) -> Table:
-        """One row per parameter, effect, use of an axis, and error."""
+        """One row per parameter, effect, use of an axis, and error; the notes below it."""
         count = len(self.parameters) + len(self.effects)
         title = f"{len(self.moved)} of {count} parameters and effects differ between {' and '.join(self.names)}"
         entries = (*self.parameters, *self.effects, *self.uses, *self.errors)
         rows = [(entry.name, _cell(entry.first), _cell(entry.second), entry.outcome) for entry in entries]
-        return Table(title, ("what", *self.names, "outcome"), rows)
+        return Table(title, ("what", *self.names, "outcome"), rows, self.notes)
 
 
 def _cell(value: Value) -> str:

@@ -38,20 +38,16 @@ class Look(Tabular):
 
     @property
     def table(self) -> Table:
-        """Who flew, and one row per axis; intervals are of 95 %."""
+        """Who flew, and one row per axis; reasons, effects, and the experiment to fly next below. Intervals are of 95 %."""
         rows = [
             (axis, f"{to_digits(counts, 2)} counts", GAIN_OF[axis], *gain_cells(self.gains.get(GAIN_OF[axis])))
             for axis, counts in self.movement_counts.items()
         ]
         columns = ("axis", "moves by", "gain", "likelihood", "references alone", "it is")
-        return Table(flight_sentence(self.closed_loop, self.references).rstrip("."), columns, rows)
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """Reasons, effects, and the experiment to fly next."""
         reasons = [f"{name}: {report.determination}; {report.why}" for name, report in self.gains.items()]
         named = [f"{describe_effect(e)}: {e.verdict}, {e.score:.0f} nats" for e in self.effects]
-        return (*reasons, *named, f"to fly next: {self.experiment or 'nothing'}")
+        remarks = (*reasons, *named, f"to fly next: {self.experiment or 'nothing'}")
+        return Table(flight_sentence(self.closed_loop, self.references).rstrip("."), columns, rows, remarks)
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -32,11 +32,11 @@ class Table(NamedTuple):
         return [all(_NUMBER_CELL.fullmatch(row[k]) for row in self.rows) for k in range(len(self.columns))]
 
     def text(self) -> str:
-        """Return heads and cells as lines of plain text, aligned at the left."""
+        """Return heads and cells as lines of plain text, aligned at the left, and the sentences below."""
         lines = [self.columns, *self.rows]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         padded = (map(str.ljust, line, widths) for line in lines)
-        return "\n".join("  ".join(cells).rstrip() for cells in padded)
+        return "\n".join([*("  ".join(cells).rstrip() for cells in padded), *map(words.typeset, self.remarks)])
 
     def __html__(self) -> str:
         """Return a ``<table>`` element for pages."""
@@ -44,17 +44,12 @@ class Table(NamedTuple):
 
 
 class Tabular(ABC):
-    """A value that is shown as a table with remarks below it."""
+    """A value that is shown as a table."""
 
     @property
     @abstractmethod
     def table(self) -> Table:
-        """Title, heads and cells."""
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """Sentences below the table."""
-        return ()
+        """Title, heads, cells and remarks."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -70,11 +65,11 @@ class Tabular(ABC):
 
     def summary(self) -> str:
         """Return the table as plain text."""
-        return "\n".join([self.table.title, self.table.text(), *map(words.typeset, (*self.remarks, *self.warnings))])
+        return "\n".join([self.table.title, self.table.text(), *map(words.typeset, self.warnings)])
 
     def _repr_html_(self) -> str:
         """Show the table in a notebook."""
-        return results.render("tabular.html.j2", table=self.table, remarks=(*self.remarks, *self.warnings))
+        return results.render("tabular.html.j2", table=self.table, warnings=self.warnings)
 
 
 GAIN_OF = dict(zip(AXES, GAINS, strict=True))
@@ -203,11 +198,9 @@ def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterator
 
 
 def diagnosis_summary(diagnosis: Diagnosis) -> str:
-    """Return the verdict, the gains, the errors and the notes as plain text."""
-    effects = [effect_table(diagnosis).text()] if diagnosis.effects or diagnosis.possible else []
-    gains, errors = gain_table(diagnosis).text(), error_table(diagnosis).text()
-    parts = (words.verdict_line(diagnosis), *effects, gains, words.held_out_sentence(diagnosis), errors)
-    return "\n".join([*parts, *words.typeset_notes(diagnosis.notes)])
+    """Return the verdict, the tables and the notes as plain text."""
+    shown = [table.text() for table in diagnosis_tables(diagnosis)]
+    return "\n".join([words.verdict_line(diagnosis), *shown, *words.typeset_notes(diagnosis.notes)])
 
 
 def experiments_of(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
