@@ -38,7 +38,7 @@ class Look(Tabular):
 
     @property
     def table(self) -> Table:
-        """Who flew, and one row per axis; reasons, effects, and the experiment to fly next below. Intervals are of 95 %."""
+        """Who flew, one row per axis with 95 % intervals; below it reasons, effects, and the experiment to fly next."""
         rows = [
             (axis, f"{to_digits(counts, 2)} counts", GAIN_OF[axis], *gain_cells(self.gains.get(GAIN_OF[axis])))
             for axis, counts in self.movement_counts.items()

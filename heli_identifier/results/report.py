@@ -4,7 +4,6 @@ The page begins with the verdict, a card per axis, measured and predicted motion
 out, and the experiment that would answer most questions.
 """
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -71,10 +70,7 @@ def report_page(diagnosis: Diagnosis, rig: str) -> str:
         overlay=_draw_overlay(diagnosis),
         entry_of=catalogue_effect,
         law_figure=_law_figure,
-        residuals=[part for series in diagnosis.series for part in _residuals(diagnosis, series)],
-        experiments=[
-            f"{text} It would settle: {words.join_words(what)}." for what, text in tables.experiments_of(diagnosis)
-        ],
+        residual_figure=_residual_figure,
     )
 
 
@@ -122,18 +118,15 @@ def _law_figure(diagnosis: Diagnosis, effect: tracing.FoundEffect) -> str:
     return figure([panel], label, f"{title}: the law with its band over what the training logs show")
 
 
-def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[str, str, str]]:
-    """Return of every axis its name, the test for white innovations, and the figure of their autocorrelation."""
-    for index, axis in enumerate(AXES):
-        panel = Axes("autocorrelation")
-        for label, values in ((label, of_axes[:, index]) for label, of_axes in series.residuals.items()):
-            centred = values - values.mean()
-            values_by_lag = correlate(centred, centred)[len(values) :][:LAGS] / max(float(centred @ centred), 1e-300)
-            panel.line(np.arange(1, LAGS + 1) * series.residual_step, values_by_lag, label, label)
-        bound = np.full(2, 1.96 / np.sqrt(len(values)))
-        panel.band(np.array([0.0, LAGS * series.residual_step]), -bound, bound, "95 % of white noise")
-        p_value = diagnosis.axes[axis].whiteness_p["after"]
-        result = words.p_text(p_value) if p_value is not None and p_value >= 0.0 else "no sample counts"
-        white = f"Ljung-Box test of white innovations, all held-out logs: {result}."
-        subject = f"Autocorrelation of the innovations of the {axis} on {series.log.name}, before and after"
-        yield f"{axis.capitalize()}, {series.log.name}", white, figure([panel], "lag [s]", subject)
+def _residual_figure(series: HeldOutSeries, axis: str) -> str:
+    """Draw the autocorrelation of an axis's innovations on a held-out log."""
+    panel = Axes("autocorrelation")
+    for label, of_axes in series.residuals.items():
+        values = of_axes[:, AXES.index(axis)]
+        centred = values - values.mean()
+        values_by_lag = correlate(centred, centred)[len(values) :][:LAGS] / max(float(centred @ centred), 1e-300)
+        panel.line(np.arange(1, LAGS + 1) * series.residual_step, values_by_lag, label, label)
+    bound = np.full(2, 1.96 / np.sqrt(len(values)))
+    panel.band(np.array([0.0, LAGS * series.residual_step]), -bound, bound, "95 % of white noise")
+    subject = f"Autocorrelation of the innovations of the {axis} on {series.log.name}, before and after"
+    return figure([panel], "lag [s]", subject)
