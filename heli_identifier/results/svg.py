@@ -4,10 +4,12 @@ A colour is a CSS variable with the name of its role (``--after``), so one figur
 print. A figure in a separate file has the colours of the light theme.
 """
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from math import ceil, floor, log10
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,16 +20,9 @@ from heli_identifier.results.words import label_with_unit
 from heli_identifier.tracing.rig import Array
 from heli_plant.effects import AXES
 
-COLOURS = {
-    "ink": "#1b1f24",
-    "muted": "#68707a",
-    "grid": "#dfe3e8",
-    "measured": "#7d8590",
-    "before": "#c4560a",
-    "after": "#0a63c2",
-    "band": "#9cc3f0",
-    "third": "#2d7d46",
-}
+_LIGHT_THEME = (Path(__file__).parent / "templates" / "report.css").read_text(encoding="utf-8").partition("}")[0]
+
+COLOURS: dict[str, str] = dict(re.findall(r"--(\w+): (#\w+)", _LIGHT_THEME))
 """Colour of each role in the light theme; orange and blue differ for every kind of colour vision."""
 
 POINTS = 1000
