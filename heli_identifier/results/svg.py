@@ -43,30 +43,25 @@ class Axes:
     height: float = 170.0
     limits: tuple[float, float] | None = None
     names: Sequence[str] = ()
-    marks: list[tuple[str, Array, Array, str, float]] = field(default_factory=list)
+    marks: list[tuple[str, Array, Array, str, float, str]] = field(default_factory=list)
     spans: list[tuple[float, float]] = field(default_factory=list)
-    labels: list[tuple[str, str]] = field(default_factory=list)
 
     def line(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", width: float = 1.3) -> None:
         """Draw a line through (x, y), thinned to what a page shows."""
-        self._add("line", *thin_line(np.asarray(x, float), np.asarray(y, float)), role, label, width)
+        self.marks.append(("line", *thin_line(np.asarray(x, float), np.asarray(y, float)), role, width, label))
 
     def points(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", kind: str = "points") -> None:
         """Draw a dot at every (x, y), a circle if ``kind`` is "open", a diamond if it is "diamond"."""
-        self._add(kind, np.asarray(x, float), np.asarray(y, float), role, label, 3.0)
+        self.marks.append((kind, np.asarray(x, float), np.asarray(y, float), role, 3.0, label))
 
     def band(self, x: ArrayLike, low: ArrayLike, high: ArrayLike, label: str = "", role: str = "band") -> None:
         """Fill the area between two curves over x."""
         (x, low), (_, high) = (thin_line(np.asarray(x, float), np.asarray(curve, float)) for curve in (low, high))
-        self._add("band", np.append(x, x[::-1]), np.append(low, high[::-1]), role, label, 0.0)
+        self.marks.append(("band", np.append(x, x[::-1]), np.append(low, high[::-1]), role, 0.0, label))
 
     def level(self, y: float, role: str, label: str = "") -> None:
         """Draw a dashed line at a value of y, from edge to edge."""
-        self._add("level", np.full(1, np.nan), np.array([y]), role, label, 1.0)
-
-    def _add(self, kind: str, x: Array, y: Array, role: str, label: str, width: float) -> None:
-        self.marks.append((kind, x, y, role, width))
-        self.labels += [(label, role)] if label else []
+        self.marks.append(("level", np.full(1, np.nan), np.array([y]), role, 1.0, label))
 
 
 def figure(
@@ -83,7 +78,9 @@ def figure(
     """
     x_ends = x_limits or _range(np.concatenate([x for panel in panels for _, x, *_ in panel.marks]))
     margin = max(LEFT, *(LETTER * len(name) + 16.0 for panel in panels for name in panel.names), 0.0)
-    legend, top = _legend([entry for panel in panels for entry in panel.labels], margin, width)
+    legend, top = _legend(
+        [(label, role) for panel in panels for *_, role, _, label in panel.marks if label], margin, width
+    )
     height, inner = top + sum(panel.height + GAP for panel in panels) - GAP + BOTTOM, width - margin - RIGHT
     parts = [
         f'<svg class="figure" role="img" viewBox="0 0 {width:g} {height:g}" aria-label="{escape(description)}">{legend}'
@@ -129,7 +126,7 @@ def _panel(
     parts.append(f'<svg x="{left:g}" y="{top:g}" width="{inner:g}" height="{panel.height:g}">')
     for start, end in (map(x_at, span) for span in panel.spans):
         parts.append(f'<rect class="span" x="{start:.1f}" y="0" width="{max(end - start, 1):.1f}" height="100%"/>')
-    for kind, x, y, role, size in panel.marks:
+    for kind, x, y, role, size, _ in panel.marks:
         px, py = (np.clip(places, -1e4, 1e4) for places in (x_at(x), y_at(y)))
         parts.append(_mark(kind, px, py, role, size, inner))
     middle = top + 0.5 * panel.height
