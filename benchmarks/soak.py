@@ -68,7 +68,7 @@ def run_day(case: str) -> Row:
             """Wire the units with or without the exciter; inputs that are not wired keep their last value."""
             unwired = {} if excited else {"excitation_front": 0.0, "excitation_rear": 0.0}
             set_reals(units["controller"], unwired)
-            wires = tuple(wire for wire in CLOSED_LOOP.connections if wire.target not in unwired)
+            wires = {fed: out for fed, out in CLOSED_LOOP.connections.items() if fed.partition(".")[2] not in unwired}
             return Wired(replace(CLOSED_LOOP, connections=wires), units, STEP, RECORDED)
 
         def fly(minutes: int) -> NDArray[np.float64]:

@@ -61,9 +61,9 @@ def fmpy_calls(files: dict[str, str], steps: int) -> float:
         for name, unit in units.items():
             unit.initialise(parameters[name], 0.0, 1e6)
             unit.finish_initialisation(0.0)
-        pairs = [(units[w.source_unit], units[w.target_unit], w) for w in CLOSED_LOOP.connections]
-        wires = [(one.slave, [one.variable(w.source).valueReference], other.slave,
-                  [other.variable(w.target).valueReference]) for one, other, w in pairs]  # fmt: skip
+        pairs = [(*source.split(".", 1), *target.split(".", 1)) for target, source in CLOSED_LOOP.connections.items()]
+        wires = [(units[one].slave, [units[one].variable(out).valueReference], units[other].slave,
+                  [units[other].variable(fed).valueReference]) for one, out, other, fed in pairs]  # fmt: skip
         start = time.perf_counter()
         for k in range(steps):
             values = [source.getReal(output) for source, output, _, _ in wires]
@@ -102,7 +102,7 @@ def ecos(files: dict[str, str], steps: int) -> float:
 def alone(unit: str, parameters: dict[str, Any]) -> Scenario:
     """Return a scenario of one unit with parameters; its inputs are at rest."""
     values = tuple((f"unit.{name}", value) for name, value in parameters.items())
-    return Scenario("alone", f"{unit} alone", (("unit", unit),), (), values)
+    return Scenario("alone", f"{unit} alone", (("unit", unit),), {}, values)
 
 
 EVERY_EFFECT = {f"effects.{e.name}.{e.axis}": 1e-3 * min(e.upper, 1.0) for e in CATALOGUE}

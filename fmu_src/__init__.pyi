@@ -2,7 +2,7 @@ from .builder import UNITS, build, build_all, check_start_values, number_or_text
 from .errors import BuildError, FmuError, MasterError, Refusal, WiringError
 from .units.signals import AXES
 from .variables import TYPES, Value, Variable, field_of, problem_with, with_fields
-from .wiring import CLOSED_LOOP, OPEN_LOOP, SCENARIOS, VOLTAGES, Connection, Scenario, scenario
+from .wiring import CLOSED_LOOP, OPEN_LOOP, SCENARIOS, VOLTAGES, Scenario, scenario
 
 __all__ = [
     "AXES",
@@ -13,7 +13,6 @@ __all__ = [
     "UNITS",
     "VOLTAGES",
     "BuildError",
-    "Connection",
     "FmuError",
     "MasterError",
     "Refusal",

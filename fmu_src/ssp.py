@@ -61,9 +61,12 @@ def write_ssp(
 
 def system_structure(scenario: Scenario, duration: float) -> bytes:
     """Return ``<ssd:SystemStructureDescription>``; components take their FMU and .ssv from ``resources/``."""
-    targets = {(wire.target_unit, wire.target) for wire in scenario.connections}
     components = {
-        name: [v for v in unit_class(kind).variables if v.causality == "output" or (name, v.name) in targets]
+        name: [
+            v
+            for v in unit_class(kind).variables
+            if v.causality == "output" or f"{name}.{v.name}" in scenario.connections
+        ]
         for name, kind in scenario.units
     }
     return render_xml(

@@ -35,27 +35,18 @@ MOST_STEPS = 20_000_000  # communication steps of a run: two days at 100 Hz, wit
 
 
 @dataclass(frozen=True)
-class Connection:
-    """``source_unit.source`` feeds ``target_unit.target``."""
-
-    source_unit: str
-    source: str
-    target_unit: str
-    target: str
-
-
-@dataclass(frozen=True)
 class Scenario:
     """Units, their connections, and parameters that differ from their defaults.
 
-    WiringError says which connection names an unknown unit, or which input is connected twice.
+    WiringError says which connection names an unknown unit.
     """
 
     name: str
     title: str
     units: tuple[tuple[str, str], ...]
     """``("plant", "HelicopterPlant")``."""
-    connections: tuple[Connection, ...]
+    connections: Mapping[str, str]
+    """By input the output that feeds it: ``{"plant.v_front": "exciter.v_front"}``."""
     parameters: tuple[tuple[str, Value], ...] = ()
     in_real_time: bool = False
     """Whether the master waits before each step until it is due."""
@@ -63,15 +54,11 @@ class Scenario:
     def __post_init__(self) -> None:
         try:
             convert(self.units, tuple[tuple[str, str], ...])
-            connections = convert(self.connections, tuple[Connection, ...])
+            convert(self.connections, dict[str, str])
         except ValidationError as error:
             raise WiringError(f"scenario {self.name}: units or connections have a wrong type: {error}") from error
-        targets = [f"{wire.target_unit}.{wire.target}" for wire in connections]
-        for wire, target in zip(connections, targets, strict=True):
-            self.check_unit(wire.source_unit)
-            self.check_unit(wire.target_unit)
-            if targets.count(target) > 1:
-                raise WiringError(f"scenario {self.name}: the input {target} is connected twice")
+        for name in (*self.connections, *self.connections.values()):
+            self.check_unit(name.partition(".")[0])
 
     def check_unit(self, name: str) -> None:
         """Refuse a unit that the scenario does not have."""
@@ -111,32 +98,32 @@ class Scenario:
         }
 
 
-def _wires(source: str, target: str, names: Iterable[str], out: str = "{}", into: str = "{}") -> tuple[Connection, ...]:
+def _wires(source: str, target: str, names: Iterable[str], out: str = "{}", into: str = "{}") -> dict[str, str]:
     """Return a wire for each name, from the variable ``out`` of one unit to ``into`` of another, with ``{}`` filled."""
-    return tuple(Connection(source, out.format(name), target, into.format(name)) for name in names)
+    return {f"{target}.{into.format(name)}": f"{source}.{out.format(name)}" for name in names}
 
 
 OPEN_LOOP = Scenario(
     "open_loop",
     "open-loop identification: Exciter -> HelicopterPlant -> AdaptiveIdentifier",
     (("exciter", "Exciter"), ("plant", "HelicopterPlant"), ("identifier", "AdaptiveIdentifier")),
-    (
-        *_wires("exciter", "plant", VOLTAGES),
-        *_wires("exciter", "identifier", VOLTAGES),
-        *_wires("plant", "identifier", AXES),
-    ),
+    {
+        **_wires("exciter", "plant", VOLTAGES),
+        **_wires("exciter", "identifier", VOLTAGES),
+        **_wires("plant", "identifier", AXES),
+    },
 )
 CLOSED_LOOP = Scenario(
     "closed_loop",
     "closed loop: Exciter on top of PidController -> HelicopterPlant -> AdaptiveIdentifier",
     (OPEN_LOOP.units[0], ("controller", "PidController"), *OPEN_LOOP.units[1:]),
-    (
-        *_wires("exciter", "controller", ROTORS, "v_{}", "excitation_{}"),
-        *_wires("plant", "controller", AXES),
-        *_wires("controller", "plant", VOLTAGES),
-        *_wires("controller", "identifier", VOLTAGES),
-        *_wires("plant", "identifier", AXES),
-    ),
+    {
+        **_wires("exciter", "controller", ROTORS, "v_{}", "excitation_{}"),
+        **_wires("plant", "controller", AXES),
+        **_wires("controller", "plant", VOLTAGES),
+        **_wires("controller", "identifier", VOLTAGES),
+        **_wires("plant", "identifier", AXES),
+    },
     # The controller has its own trim; the exciter's base voltage would be added to it. Least squares is wrong here.
     (("exciter.excitation.base", 0.0), ("identifier.method", "prediction_error")),
 )
@@ -150,7 +137,7 @@ MEASURED_DATA = Scenario(
     "measured_data",
     "measured data: LogPlayer -> AdaptiveIdentifier, LogPlayer -> HelicopterPlant beside the measurement",
     (("player", "LogPlayer"), ("plant", "HelicopterPlant"), ("identifier", "AdaptiveIdentifier")),
-    (*_wires("player", "plant", VOLTAGES), *_wires("player", "identifier", (*VOLTAGES, *AXES))),
+    _wires("player", "plant", VOLTAGES) | _wires("player", "identifier", (*VOLTAGES, *AXES)),
 )
 PLANT_BESIDE_LOG = Scenario(
     "plant_beside_log",
@@ -167,13 +154,13 @@ FOLLOW = Scenario(
         ("corrector", "Corrector"),
         ("plant", "FollowingPlant"),
     ),
-    (
-        *_wires("player", "plant", VOLTAGES),
-        *_wires("player", "identifier", (*VOLTAGES, *AXES)),
-        *_wires("player", "corrector", (*VOLTAGES, *AXES)),
-        *_wires("player", "plant", AXES, into="measured.{}"),
-        *_wires("corrector", "plant", ("observer.bandwidth", *(f"correction.{name}" for name, _ in CORRECTED))),
-    ),
+    {
+        **_wires("player", "plant", VOLTAGES),
+        **_wires("player", "identifier", (*VOLTAGES, *AXES)),
+        **_wires("player", "corrector", (*VOLTAGES, *AXES)),
+        **_wires("player", "plant", AXES, into="measured.{}"),
+        **_wires("corrector", "plant", ("observer.bandwidth", *(f"correction.{name}" for name, _ in CORRECTED))),
+    },
     (
         ("identifier.method", "prediction_error"),
         ("identifier.adaptation.forgetting", 0.02),
@@ -184,11 +171,11 @@ LIVE = Scenario(
     "live",
     "the same of a rig that is running, in real time: RigLink in place of LogPlayer",
     (("rig", "RigLink"), *FOLLOW.units[1:]),
-    (
-        *(replace(wire, source_unit="rig") if wire.source_unit == "player" else wire for wire in FOLLOW.connections),
-        Connection("rig", "fresh", "corrector", "fresh"),
-        Connection("rig", "fresh", "plant", "measured.fresh"),
-    ),
+    {
+        **{target: source.replace("player.", "rig.") for target, source in FOLLOW.connections.items()},
+        "corrector.fresh": "rig.fresh",
+        "plant.measured.fresh": "rig.fresh",
+    },
     (*FOLLOW.parameters, ("rig.link.wait", 60.0)),
     in_real_time=True,
 )  # fmt: skip

@@ -3,8 +3,7 @@
 A regular file is replaced by a rename, so that a reader finds the old content or the new one, never a part. A link is
 followed. A device, a pipe or standard output cannot be replaced, so the data is written into it.
 
-A draft folder is removed when its block ends. SIGKILL and a loss of power leave one behind. The next draft in the same
-folder removes those in which nothing was written for a week.
+A draft folder is removed when its block ends; SIGKILL and a loss of power leave one behind.
 
 A few kilobytes of zip can hold a petabyte, and an entry's name can lead out of the folder that it is unpacked into. So
 the table of contents of an archive is checked before it is unpacked.
@@ -23,8 +22,7 @@ from pathlib import Path, PurePosixPath
 
 from heli_identifier.processes import undo_at_end
 
-PREFIX = ".heli-draft-"
-"""Beginning of the name of every draft."""
+_PREFIX = ".heli-draft-"  # of the names of drafts
 
 LARGEST_ARCHIVE = 2_000_000_000
 """Bytes that an archive may hold unpacked. The largest FMUs, with tables in them, have some hundred megabytes."""
@@ -33,7 +31,6 @@ PROTECTED: list[Path] = []
 """Files that the command of this process reads; no result may replace one of them."""
 
 _DISK_BLOCK = 4096  # least size of an entry on a disk [bytes]
-_ABANDONED = 7 * 86400.0  # age from which a draft is taken for abandoned [s]
 
 
 def is_protected(path: Path) -> bool:
@@ -110,27 +107,13 @@ def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
     """Make a folder in ``folder``, by default that of temporary files, for the block; an OSError names ``folder``."""
     # gettempdir tries to write a file, which fails if the disk is full
     parent = Path(tempfile.gettempdir() if folder is None else folder)
-    path = parent / f"{PREFIX}{secrets.token_hex(8)}"
+    path = parent / f"{_PREFIX}{secrets.token_hex(8)}"
     with undo_at_end(lambda: shutil.rmtree(path, ignore_errors=True)):
         try:
             path.mkdir(0o700)
         except OSError as error:
             raise OSError(error.errno, error.strerror, str(parent)) from error
-        remove_stale_drafts(parent, path.stat().st_mtime)
         yield path
-
-
-def remove_stale_drafts(folder: Path, now: float) -> None:
-    """Remove the drafts in ``folder`` that ended processes have left behind.
-
-    ``now`` is the time stamp of a file written just now [s], since the clock of a process may be wrong by years.
-    """
-    with suppress(OSError):  # a folder that is missing or cannot be listed is reported when it is written to
-        for draft in folder.glob(f"{PREFIX}*"):
-            with suppress(FileNotFoundError):  # its process may be removing it
-                written = max(path.lstat().st_mtime for path in (draft, *draft.rglob("*")))
-                if now - written > _ABANDONED:
-                    shutil.rmtree(draft, ignore_errors=True)  # it may belong to another user
 
 
 def check_zip(path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Processes: the signals that end one, its clean-up, its child processes, and the memory that they may take.
+"""Processes: the signals that end one, its clean-up, and functions that are called in a separate one.
 
 Within a block of :func:`clean_up_on_signals`, SIGTERM, SIGHUP and Ctrl-C end the process from within their handler: it
 kills the child processes, calls what :func:`undo_at_end` has registered, and exits with 128 plus the signal's number,
@@ -9,18 +9,20 @@ All differences between POSIX and Windows are in this module. Windows has no res
 can be neither removed nor replaced there.
 """
 
+import faulthandler
 import os
+import pickle
 import signal
 import sys
+import sysconfig
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
-from threading import current_thread, main_thread
+from subprocess import DEVNULL, PIPE, Popen, TimeoutExpired
+from threading import Thread, current_thread, main_thread
 from types import FrameType
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from subprocess import Popen
+from typing import Any, NoReturn
 
 try:
     import resource
@@ -29,14 +31,10 @@ try:
 except ImportError:
     _IS_POSIX = False
 
-NEW_GROUP: dict[str, Any] = (
+_NEW_GROUP: dict[str, Any] = (  # options of Popen for a process that does not receive Ctrl-C
     {"creationflags": 0x200} if sys.platform == "win32" else {"start_new_session": True}  # CREATE_NEW_PROCESS_GROUP
 )
-"""Options of Popen for a process that does not receive Ctrl-C."""
-
-LONGEST_WAIT = None if _IS_POSIX else 0.5
-"""Longest single wait for another process [s]: on Windows Ctrl-C has no effect before a wait is over."""
-
+_LONGEST_WAIT = None if _IS_POSIX else 0.5  # for another process [s]: on Windows Ctrl-C has no effect during a wait
 _ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGINT", "SIGBREAK") if hasattr(signal, name))
 
 _to_undo: list[tuple[int, Callable[[], object]]] = []
@@ -87,14 +85,95 @@ def _end(number: int, _frame: FrameType | None) -> None:
     os._exit(128 + number)
 
 
-def python_command(code: str, *arguments: str) -> list[str]:
-    """Return the command that runs ``code`` in another Python with the same module search path."""
-    # without the working folder, "", which is the user's: a file there may have the name of a module
-    folders = [folder for folder in sys.path if folder]
+class NoAnswer(Exception):
+    """A separate process has ended without an answer: how, and the last line that it has printed."""
+
+
+restart_watchdog: Callable[[], object] = int  # does nothing
+"""Let a function of :func:`call_apart` take its whole patience once more; it does nothing in other processes."""
+
+
+def call_apart(
+    folder: Path, function: Callable[..., Any], *arguments: Any, error: type[Exception], patience: float,
+    memory: int | None = None, shows_errors: bool = False,
+) -> Any:  # fmt: skip
+    """Call a function in a separate process, which may crash or hang; return its result or raise its ``error``.
+
+    What the process prints is dropped, but for its error stream if ``shows_errors``. It ends when this process ends, if
+    it works for longer than ``patience`` [s], or if it needs ``memory`` [bytes] beyond what it has; if it gives no
+    answer, NoAnswer is raised. Its temporary files are in ``folder``, which is for this call alone.
+    """
+    (folder / "order").write_bytes(pickle.dumps((function, arguments, error, patience, memory)))
+    with (
+        open(folder / "errors", "wb") as errors,
+        Popen(
+            _python_command(f"from {__name__} import _answer; _answer()", str(folder)),
+            stdin=PIPE,  # ends with this process, and then the child does
+            stdout=DEVNULL,
+            stderr=None if shows_errors else errors,
+            env={**os.environ, "TMPDIR": str(folder)},
+            **_NEW_GROUP,  # Ctrl-C is for this process, which then ends the child
+        ) as process,
+        undo_at_end(partial(_end_process, process)),
+    ):
+        while process.returncode is None:
+            with suppress(TimeoutExpired):
+                process.wait(_LONGEST_WAIT)
+    if (folder / "answer").is_file():
+        answer = pickle.loads((folder / "answer").read_bytes())
+        if isinstance(answer, error):
+            raise answer
+        return answer
+    code, hung = process.returncode, folder / "hung"
+    how = f"ended with code {code} and no result"
+    if hung.is_file() and hung.stat().st_size > 0:
+        how = f"gave no answer within {patience:g} s and was ended"
+    elif code < 0:
+        how = f"was ended by signal {-code} ({signal.strsignal(-code)})"
+    printed = (folder / "errors").read_text("utf-8", "replace").strip().splitlines()
+    raise NoAnswer(how, printed[-1][:300] if printed else "it printed no error")
+
+
+def _answer() -> NoReturn:
+    """Call the function in the separate process, whose first argument is the folder of the order and the answer.
+
+    It leaves by ``os._exit``, because libraries may crash at the end of the interpreter.
+    """
+    global restart_watchdog
+    Thread(target=lambda: os._exit(len(os.read(0, 1))), daemon=True).start()  # as soon as the parent has ended
+    folder = Path(sys.argv[1])
+    function, arguments, expected, patience, memory = pickle.loads((folder / "order").read_bytes())
+    if memory is not None:
+        _bound_memory(memory)
+    with open(folder / "hung", "w") as hung:
+        restart_watchdog = partial(faulthandler.dump_traceback_later, patience, exit=True, file=hung)
+        restart_watchdog()
+        try:
+            answer = function(*arguments)
+        except expected as error:
+            answer = error
+        faulthandler.cancel_dump_traceback_later()
+    with open(folder / "draft", "wb") as file:
+        pickle.dump(answer, file, protocol=pickle.HIGHEST_PROTOCOL)
+    os.replace(folder / "draft", folder / "answer")
+    sys.stderr.flush()
+    os._exit(0)
+
+
+def _python_command(code: str, *arguments: str) -> list[str]:
+    """Return the command that runs ``code`` in another Python with the same module search path.
+
+    The working folder and that of the user's script are left out, because a file there may have the name of a module;
+    but not a folder of Python's own or of this package.
+    """
+    kept = {Path(__file__).parents[1].resolve(), *(Path(path).resolve() for path in sysconfig.get_paths().values())}
+    script = getattr(sys.modules["__main__"], "__file__", None) or ""
+    users = {Path(script).resolve().parent, Path.cwd()} - kept
+    folders = [folder for folder in sys.path if folder and Path(folder).resolve() not in users]
     return [sys.executable, "-P", "-c", f"import sys; sys.path[:] = {folders!r}; {code}", *arguments]
 
 
-def end_process(process: "Popen[bytes]") -> None:
+def _end_process(process: "Popen[bytes]") -> None:
     """Kill a process and wait for its end; on POSIX Popen.wait would deadlock if a signal had interrupted it."""
     process.kill()
     if _IS_POSIX:
@@ -104,7 +183,7 @@ def end_process(process: "Popen[bytes]") -> None:
         process.wait()
 
 
-def bound_memory(more: int) -> None:
+def _bound_memory(more: int) -> None:
     """Let this process take at most ``more`` bytes beyond its present memory and no core dump; not on Windows."""
     if not _IS_POSIX:
         return

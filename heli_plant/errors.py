@@ -9,10 +9,6 @@ class PlantError(Exception):
     """Root of every error that ``heli_plant`` raises on purpose."""
 
 
-class ParameterError(PlantError):
-    """A parameter has an impossible value or a name that does not exist."""
-
-
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return ``; did you mean 'x'?`` with the closest of the known names, or nothing if none is close."""
     from difflib import get_close_matches  # only errors need it

@@ -40,30 +40,13 @@ class Geometry:
     hover_voltage: float | None = None  # sum of both at which the horizontal arm hovers [V]
 
     @property
-    def inertias(self) -> dict[str, float] | None:
-        """J_p, J_e, J_lambda [kg m^2]; None unless all masses and lengths are known."""
-        m_p, m_c, l_c, l_h, l_p = self.m_p, self.m_c, self.l_c, self.l_h, self.l_p
-        if m_p is None or m_c is None or l_c is None or l_h is None or l_p is None:
-            return None
-        weight, head = m_c * l_c**2, 2.0 * m_p * l_h**2
-        return {"J_p": 2.0 * m_p * l_p**2, "J_e": weight + head, "J_lambda": weight + head + 2.0 * m_p * l_p**2}
-
-    @property
-    def force_per_volt(self) -> float | None:
-        """K_f [N/V]; None if a value for it is missing, or if the counterweight lifts the head."""
-        m_p, m_c, l_c, l_h, hover = self.m_p, self.m_c, self.l_c, self.l_h, self.hover_voltage
-        if m_p is None or m_c is None or l_c is None or l_h is None or hover is None:
-            return None
-        torque = GRAVITY * (2.0 * m_p * l_h - m_c * l_c)
-        return torque / (l_h * hover) if torque > 0.0 else None
-
-    @property
     def ratios(self) -> dict[str, tuple[float, float]]:
         """k_x / |k_y| and k_z / |k_y| for n = 1 and :data:`STEEPER`, under k_x and k_z; empty if unknown."""
-        J = self.inertias
-        if J is None or self.l_p is None or self.l_h is None:
+        m_p, m_c, l_c, l_h, l_p = self.m_p, self.m_c, self.l_c, self.l_h, self.l_p
+        if m_p is None or m_c is None or l_c is None or l_h is None or l_p is None:
             return {}
-        ratios = {"k_x": self.l_p / self.l_h * J["J_lambda"] / J["J_p"], "k_z": J["J_lambda"] / J["J_e"]}
+        J_p, J_e, J_lambda = _inertias(m_p, m_c, l_c, l_h, l_p)
+        ratios = {"k_x": l_p / l_h * J_lambda / J_p, "k_z": J_lambda / J_e}
         return {field: (ratio, STEEPER * ratio) for field, ratio in ratios.items()}
 
     def deviations(self, field: str, ratio: float, error: float) -> float:
@@ -73,12 +56,22 @@ class Geometry:
 
     def priors(self) -> dict[str, tuple[float, float]]:
         """Return gains [rad/s^2/V], each with the standard deviation of its logarithm; empty if K_f is unknown."""
-        J, K_f = self.inertias, self.force_per_volt
-        if J is None or K_f is None or self.m_p is None or self.m_c is None or self.l_h is None or self.l_c is None:
+        m_p, m_c, l_c, l_h, l_p, hover = self.m_p, self.m_c, self.l_c, self.l_h, self.l_p, self.hover_voltage
+        if m_p is None or m_c is None or l_c is None or l_h is None or l_p is None or hover is None:
             return {}
-        head, weight = 2.0 * self.m_p * self.l_h, self.m_c * self.l_c  # masses times levers [kg m]
+        head, weight = 2.0 * m_p * l_h, m_c * l_c  # masses times levers [kg m]
+        torque = GRAVITY * (head - weight)
+        if torque <= 0.0:  # the counterweight lifts the head
+            return {}
+        K_f = torque / (l_h * hover)
+        k_y, slope_error = l_h * K_f / _inertias(m_p, m_c, l_c, l_h, l_p)[2], 0.5 * log(STEEPER)
         force_error = hypot(MASS_ERROR, LENGTH_ERROR) * hypot(head, weight) / (head - weight)
-        k_y, slope_error = self.l_h * K_f / J["J_lambda"], 0.5 * log(STEEPER)
         gains = {field: sqrt(low * high) * k_y for field, (low, high) in self.ratios.items()}
         priors = {field: (gain, hypot(force_error, slope_error)) for field, gain in gains.items()}
         return {**priors, "k_y": (-k_y, force_error)}
+
+
+def _inertias(m_p: float, m_c: float, l_c: float, l_h: float, l_p: float) -> tuple[float, float, float]:
+    """Return J_p, J_e and J_lambda [kg m^2]."""
+    weight, head, body = m_c * l_c**2, 2.0 * m_p * l_h**2, 2.0 * m_p * l_p**2
+    return body, weight + head, weight + head + body

@@ -10,7 +10,7 @@ from math import isfinite, radians
 from typing import Any, NamedTuple
 
 from .effects import AXES, CATALOGUE
-from .errors import ParameterError, did_you_mean
+from .errors import PlantError, did_you_mean
 from .laws import motor_time_constant
 from .tabulated_torque import KNOTS, VARIABLES
 
@@ -132,26 +132,24 @@ TABLE_2 = PlantParameters()  # the paper's Table 2 with every effect off
 
 
 def check_parameters(parameters: PlantParameters) -> PlantParameters:
-    """Return ``parameters`` unchanged if every value is finite and in its range; else ParameterError names one."""
+    """Return ``parameters`` unchanged if every value is finite and in its range; else PlantError names one."""
     for row in PARAMETERS:
         value = getattr(parameters, row.field)
         if not isfinite(value) or not row.minimum <= value <= row.maximum:
             unit = f" {row.unit}" if row.unit != "1" else ""
-            raise ParameterError(f"{row.name} = {value!r}{unit} must lie in [{row.minimum:g}, {row.maximum:g}]{unit}")
+            raise PlantError(f"{row.name} = {value!r}{unit} must lie in [{row.minimum:g}, {row.maximum:g}]{unit}")
     time_constant = motor_time_constant(parameters)
     if time_constant < 0.0:
-        raise ParameterError(
-            f"motor.time_constant + effects.motor_lag.rotors = {time_constant:g} s must not be negative"
-        )
+        raise PlantError(f"motor.time_constant + effects.motor_lag.rotors = {time_constant:g} s must not be negative")
     return parameters
 
 
 def from_names(values: Mapping[str, float]) -> PlantParameters:
     """Return Table 2 with the parameters of structured names ``values`` set, checked.
 
-    ParameterError: a name does not exist (the nearest one is proposed) or a value is out of its range.
+    PlantError: a name does not exist (the nearest one is proposed) or a value is out of its range.
     """
     for name in values:
         if name not in BY_NAME:
-            raise ParameterError(f"unknown plant parameter {name!r}{did_you_mean(name, BY_NAME)}")
+            raise PlantError(f"unknown plant parameter {name!r}{did_you_mean(name, BY_NAME)}")
     return check_parameters(TABLE_2._replace(**{BY_NAME[name].field: float(value) for name, value in values.items()}))

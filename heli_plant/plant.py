@@ -197,10 +197,3 @@ def rates_of_change(
     x = saturate(mass_position, p.ado_travel)
     a1, a2, a3 = accelerations(t, th, ep, la, w1, w2, w3, mu_diff, mu_sum, x, cable_rest, switched_on(p), p)
     return w1, w2, w3, a1, a2, a3, rate_front, rate_rear, w_q, bending_acceleration(q, w_q, mu_sum, p)
-
-
-def measured_motion(
-    th: float, ep: float, la: float, w1: float, w2: float, w3: float, q: float, w_q: float
-) -> tuple[float, float, float, float, float, float]:
-    """Return angles [rad] and rates [rad/s] of the encoders' shafts; the elevation includes the arm's bending."""
-    return th, ep + q, la, w1, w2 + w_q, w3

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from heli_plant import plant
 from heli_plant.effects import ACCELERATION, AXES, CATALOGUE, ROTORS
-from heli_plant.errors import ParameterError
+from heli_plant.errors import PlantError
 from heli_plant.laws import switched_on
 from heli_plant.parameters import PARAMETERS, TABLE_2, check_parameters, from_names
 from heli_plant.plant import advance, rigid_start, step
@@ -151,12 +151,12 @@ def test_numbers_and_names_are_the_blind_rigs_and_every_default_is_in_its_range(
 def test_each_parameter_is_refused_beyond_either_bound_and_an_unknown_name_with_the_nearest_one():
     for row in PARAMETERS:
         for value in (row.minimum - 1.0, row.maximum + 1.0, nan, inf, -inf):
-            with pytest.raises(ParameterError) as caught:
+            with pytest.raises(PlantError) as caught:
                 check_parameters(TABLE_2._replace(**{row.field: value}))
             unit = "" if row.unit == "1" else f" {row.unit}"
             bounds = f"[{row.minimum:g}, {row.maximum:g}]"
             assert str(caught.value) == f"{row.name} = {value!r}{unit} must lie in {bounds}{unit}"
-    with pytest.raises(ParameterError, match=r"'effects.dry_frction.pitch'; did you mean 'effects.dry_friction.pitch'"):
+    with pytest.raises(PlantError, match=r"'effects.dry_frction.pitch'; did you mean 'effects.dry_friction.pitch'"):
         from_names({"effects.dry_frction.pitch": 0.1})
 
 

@@ -4,9 +4,7 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from contextlib import contextmanager
-from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
@@ -15,7 +13,6 @@ from heli_identifier import files, processes
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.files import write_atomically
 from heli_identifier.results.documents import write_whole_folder
-from tests.commands import run_python
 
 
 def names(folder):
@@ -55,35 +52,6 @@ def test_standard_output_that_is_appended_to_a_file_keeps_what_the_file_holds(tm
     with open(tmp_path / "all.csv", "ab") as out:
         subprocess.run([sys.executable, "-c", code], stdout=out, check=True)
     assert (tmp_path / "all.csv").read_text() == "old\nnew"
-
-
-def drafts_made(folder, count):
-    """Make ``count`` drafts after each other."""
-    for _ in range(count):
-        with files.draft_folder(folder) as draft:
-            assert draft.is_dir()
-
-
-def test_processes_that_sweep_one_folder_leave_each_other_s_drafts_alone(tmp_path):
-    processes = [get_context("spawn").Process(target=drafts_made, args=(tmp_path, 500)) for _ in range(3)]
-    for process in processes:
-        process.start()
-    for process in processes:
-        process.join()
-    assert [process.exitcode for process in processes] == [0, 0, 0] and names(tmp_path) == []
-
-
-def test_a_draft_of_last_week_goes_and_one_of_this_hour_stays_whatever_the_clock_of_a_process_says(tmp_path):
-    code = """
-        import sys, time; time.time = lambda: 3.2e10  # the year 2984
-        from heli_identifier import files
-        with files.draft_folder(sys.argv[1]): pass
-    """
-    for name, age in (("old", 8 * 86400.0), ("young", 3600.0)):
-        (tmp_path / f"{files.PREFIX}{name}").mkdir()
-        os.utime(tmp_path / f"{files.PREFIX}{name}", (time.time() - age,) * 2)
-    run_python(code, tmp_path)
-    assert names(tmp_path) == [f"{files.PREFIX}young"]
 
 
 @pytest.mark.usefixtures("interruptible")

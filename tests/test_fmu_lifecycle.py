@@ -169,7 +169,7 @@ def orders(units, ours, tmp_path_factory):
     order = {
         "fmus": files,
         "parameters": {f"{unit}.{name}": value for unit, given in by_unit.items() for name, value in given.items()},
-        "connections": [[w.source_unit, w.source, w.target_unit, w.target] for w in CLOSED_LOOP.connections],
+        "connections": [[*out.split(".", 1), *fed.split(".", 1)] for fed, out in CLOSED_LOOP.connections.items()],
         "record": str(folder / "record.npy"),
     }
     ssp = write_ssp(CLOSED_LOOP, folder / "closed_loop.ssp", PARAMETERS, files)

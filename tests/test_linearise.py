@@ -62,10 +62,8 @@ def test_the_matrices_are_the_partial_derivatives_of_the_simplified_model():
     B = np.zeros((8, 2))
     B[6, 0] = B[7, 1] = 1.0 / p.T_m
     model = linear_system(p, point)
-    # the Runge-Kutta step's own error, (h lambda)^5/120/h, is 2.5e-6 for the motors of 12.5/s were they not exact;
-    # the central difference adds some 1e-9/h
-    assert np.abs(model.A - A).max() < 5e-6 and np.abs(model.B - B).max() < 5e-6
-    assert np.abs(model.C - np.eye(3, 8)).max() < 1e-11
+    assert np.abs(model.A - A).max() < 1e-8 and np.abs(model.B - B).max() < 1e-8  # rounding of a rate of 100 V/s
+    assert np.abs(model.C - np.eye(3, 8)).max() < 1e-9
 
 
 def test_the_linear_controller_is_the_controller():

@@ -170,7 +170,7 @@ def test_values_of_inputs_have_to_fit_the_scenario(ran):
         with pytest.raises(WiringError, match=said):
             ran("open_loop", 0.1, H, inputs={target: np.zeros(count)})
     # values after the last step change nothing
-    alone = Scenario("alone", "the plant alone", (("plant", "HelicopterPlant"),), ())
+    alone = Scenario("alone", "the plant alone", (("plant", "HelicopterPlant"),), {})
     volts = [{"plant.v_front": np.ones(10), "plant.v_rear": np.ones(count)} for count in (10, 100)]
     short, long = (ran(alone, 0.1, H, inputs=values).values for values in volts)
     assert np.array_equal(short, long) and np.ptp(short, axis=0).any()

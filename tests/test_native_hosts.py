@@ -231,6 +231,7 @@ FLOATS = "(x: float) -> float:\n    "
     (FLOATS + "return [1.0, 2.0][floor(x)] if f'{x}' else 0.0", "a text that is made at run time"),
     (FLOATS + "p = Rotors(x, x)\n    p.front = 1.0\n    return p.front", "NamedTuples have _replace"),
     ("(x): return x", "needs an annotation"),
+    (FLOATS + "return Rotors.__annotations__.get(x, 0.0)", "Rotors.__annotations__.get has no translation to C"),
     (FLOATS + "return max(x, 1.0, *[x for i in range(floor(x))])", "has no translation to C: how many values it holds"),
 ])  # fmt: skip
 def test_what_it_does_not_know_is_refused_with_file_line_and_reason(tmp_path, function, reason):

@@ -3,14 +3,16 @@ crashes, hangs or asks for all memory does not take the command with it."""
 
 import gzip
 import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 from scipy.io import savemat
 
 from heli_identifier.errors import LogError
+from heli_identifier.processes import call_apart
 from heli_identifier.records import LogFormat, binary, demo_files, read_log
-from heli_identifier.records.binary import read_apart
 from heli_identifier.records.text import read_text
 from tests.faults.material import as_struct, columns
 
@@ -114,20 +116,37 @@ def test_what_is_no_signal_may_have_another_length(tmp_path):
     assert same(read_log(tmp_path / "log.mat"))
 
 
-@pytest.mark.parametrize("read, argument", [(os.abort, ()), (exec, ("while True: pass",)), (bytes, (2 * 10**9,))])
-def test_a_reader_that_crashes_hangs_or_asks_for_all_memory_is_a_damaged_file(monkeypatch, read, argument):
+@pytest.mark.parametrize(
+    "read, argument, how",
+    [
+        (os.abort, (), "ended"),
+        (exec, ("while True: pass",), "gave no answer within 5 s and was ended"),
+        (bytes, (2 * 10**9,), "ended with code 1 and no result: MemoryError"),
+    ],
+)
+def test_a_reader_that_crashes_hangs_or_asks_for_all_memory_is_a_damaged_file(monkeypatch, read, argument, how):
     if read is bytes:
         pytest.importorskip("resource")  # Windows bounds no memory
     monkeypatch.setattr(binary, "PATIENCE", 5.0)
     monkeypatch.setattr(binary, "MEMORY", 10**9)
-    words = "its reader crashes, comes to no end within 5 s, or asks for more than 1 GB of memory; save it again"
-    with pytest.raises(LogError, match=f"log.mat is not readable: {words}"):
-        read_apart(read, argument, 1, "log.mat")
+    monkeypatch.setattr(
+        binary, "call_apart", lambda folder, *_, **options: call_apart(folder, read, *argument, **options)
+    )
+    with pytest.raises(LogError, match=f"log.mat is not readable: its reader .*{how}.*; save it again"):
+        binary.read_binary(b"", ".mat", "log.mat")
 
 
-def test_what_a_reader_gives_or_raises_arrives_and_what_it_prints_does_not(capfd):
-    assert read_apart(divmod, (7, 2), 1, "log.mat") == (3, 1)
-    assert read_apart(print, ("noise",), 1, "log.mat") is None
+def test_what_a_separate_process_gives_or_raises_arrives_and_what_it_prints_does_not(tmp_path, capfd):
+    options = {"error": LogError, "patience": 60.0}
+    assert call_apart(tmp_path, divmod, 7, 2, **options) == (3, 1)
+    assert call_apart(tmp_path, print, "noise", **options) is None
     with pytest.raises(LogError, match="log.csv is empty"):
-        read_apart(read_text, (b"", "log.csv"), 1, "log.csv")
+        call_apart(tmp_path, read_text, b"", "log.csv", **options)
     assert capfd.readouterr() == ("", "")
+
+
+def test_a_file_beside_the_script_of_a_user_does_not_replace_a_module_of_the_reader(tmp_path):
+    (tmp_path / "nt.py").write_text("import sys\nif sys.argv[0] == '-c':\n    sys.exit(3)\n")  # posix has no nt
+    parquet(tmp_path / "log.parquet")
+    (tmp_path / "script.py").write_text("from heli_identifier import read_log\nread_log('log.parquet')\n")
+    assert subprocess.run([sys.executable, "script.py"], cwd=tmp_path).returncode == 0

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from benchmarks.rigs import likelihood_of as nothing_fitted
+from heli_identifier.chain import FAULTS
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Event, Log
 from heli_identifier.results import Use, diagnose, errors_ahead, rms_figures
-from heli_identifier.results.held_out import _thin_errors, compare, judge_use, likelihood_of
+from heli_identifier.results.held_out import _thin_errors, compare, judge_use, likelihood_of, undo_in_log
 from heli_identifier.results.prediction import HORIZONS, Model, Run, simulate_record
 from heli_identifier.tracing import Determination, ParameterReport, coordinates_of, fit, helicopter
 from heli_identifier.tracing.findings import _judge_parameter
@@ -289,3 +290,11 @@ def test_errors_of_stretches_are_as_far_apart_in_a_log_of_another_rate():
     flown = {i: ([0], np.zeros((1, round(3.0 / h), 3))) for i, h in enumerate(steps)}
     thin = _thin_errors(flown, [SimpleNamespace(step=h) for h in steps])
     assert [len(own) for own in thin] == [12, 12]  # of 3 s, one in .25 s; at 20 ms this is one in 12 samples of 150
+
+
+def test_voltages_ahead_of_a_filter_are_no_larger_than_the_amplifiers_give():
+    steps = 4.0 * np.sign(np.sin(np.arange(600.0)))[:, None] * np.ones(2)
+    log = Log("stepped", 100.0, steps, np.zeros((600, 3)))
+    low_pass = next(fault for fault in FAULTS if fault.name == "low pass")
+    undone = undo_in_log({low_pass: 0.05}, log, 5.0)  # v + .05 s v' would be 44 V, which Log refuses
+    assert np.abs(undone.voltages).max() == 5.0

@@ -10,7 +10,7 @@ outside its folder or fill the disk, and its description cannot read other files
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from ctypes import byref, c_double, c_size_t, c_void_p, cast
 from pathlib import Path
@@ -25,6 +25,7 @@ from fmpy.logging import addLoggerProxy
 from lxml import etree
 from numpy.typing import NDArray
 
+from heli_identifier import processes
 from heli_identifier.files import check_zip
 from heli_plant.errors import did_you_mean
 
@@ -48,9 +49,6 @@ def _receive_message(environment: int | None, _name: bytes, status: int, _catego
 
 
 _LOGGER = fmi2CallbackLoggerTYPE(_receive_message)
-
-restart_watchdog: Callable[[], object] = int  # does nothing
-"""Called when units have answered; a process of its own has a watchdog here, which ends it if a unit hangs."""
 
 
 def unpack(name: str, fmu: Path, folder: Path) -> Any:
@@ -76,7 +74,7 @@ class Instance:
     """An instantiated unit, with its name in the scenario; its FMU is unpacked into the new folder ``folder``."""
 
     def __init__(self, name: str, fmu: Path, folder: Path) -> None:
-        restart_watchdog()
+        processes.restart_watchdog()
         self.name, self.folder = name, str(folder)
         self.messages: list[str] = []  # its log
         self.worst = np.zeros(1, dtype=np.int64)  # the worst status of a message
@@ -137,7 +135,7 @@ class Instance:
 
     def initialise(self, parameters: Mapping[str, Value], start: float, stop: float) -> None:
         """Set the parameters and enter initialisation mode at ``start`` [s]."""
-        restart_watchdog()
+        processes.restart_watchdog()
         self._call("setupExperiment", start, self.slave.setupExperiment, startTime=start, stopTime=stop)
         for name, value in parameters.items():
             variable = self.variable(name, "parameter")
@@ -152,7 +150,7 @@ class Instance:
 
     def finish_initialisation(self, start: float) -> None:
         """Leave initialisation mode."""
-        restart_watchdog()
+        processes.restart_watchdog()
         self._call("exitInitializationMode", start, self.slave.exitInitializationMode)
 
     def reset(self) -> None:

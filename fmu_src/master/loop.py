@@ -19,13 +19,13 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 
+from heli_identifier import processes
 from heli_identifier.files import draft_folder
 from heli_plant.errors import did_you_mean
 
 from ..errors import MasterError, WiringError, check_mapping
 from ..variables import Value
 from ..wiring import Scenario, scenario, whole_steps
-from . import instance
 from .instance import Array, Instance
 from .result import Bands, Result
 
@@ -103,7 +103,7 @@ def run(
             for first in track(blocks, wiring.title, console=Console(stderr=True)) if progress else blocks:
                 if wiring.in_real_time:
                     sleep(max(0.0, start_time + first * step - perf_counter()))
-                instance.restart_watchdog()
+                processes.restart_watchdog()
                 wired.play(values[first + 1 : first + 1 + stride], first)
             return perf_counter() - start_time
 
@@ -171,7 +171,7 @@ class Wired:
     ) -> None:  # fmt: skip
         self.units, self.step, self.inputs = units, step, np.array([*inputs.values()], dtype=np.float64).T
         all_outputs = {f"{name}.{output.name}": output for name, unit in units.items() for output in unit.outputs}
-        wires = {f"{c.target_unit}.{c.target}": f"{c.source_unit}.{c.source}" for c in wiring.connections}
+        wires = dict(wiring.connections)
         source_names = set(wires.values())
         for name in (*sorted(source_names), *(record or ())):
             if not isinstance(name, str) or name not in all_outputs:

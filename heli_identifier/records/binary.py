@@ -20,11 +20,6 @@ A damaged file can make the library that reads it crash (such as scipy's reader 
 for all memory: zeros compress to a thousandth. So a separate process with limits reads it and returns the table.
 """
 
-import faulthandler
-import os
-import pickle
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -35,7 +30,7 @@ from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
 from heli_identifier.files import check_zip, draft_folder
-from heli_identifier.processes import bound_memory, python_command
+from heli_identifier.processes import NoAnswer, call_apart
 
 from .columns import Table, make_table, with_unit
 from .text import read_text
@@ -59,39 +54,11 @@ def read_binary(data: bytes, ending: str, file: str) -> Table:
     with draft_folder() as folder:
         copy = folder / f"log{ending}"
         copy.write_bytes(data)
-        return read_apart(_read, (copy, file), len(data), file)
-
-
-def read_apart(read: Callable[..., Any], arguments: tuple[Any, ...], size: int, file: str) -> Any:
-    """Call ``read`` with ``arguments`` in a separate process, which may crash; return its result or raise its LogError.
-
-    If the process gives no answer, a LogError names ``file``, which has ``size`` [bytes].
-    """
-    patience = PATIENCE + PATIENCE_PER_MB * 1e-6 * size
-    command = python_command(f"from {__name__} import _answer; _answer()")
-    done = subprocess.run(command, input=pickle.dumps((read, arguments, patience, MEMORY)), capture_output=True)
-    if done.returncode != 0:
-        limit = f"{MEMORY / 1e9:g} GB of memory"
-        reasons = f"its reader crashes, comes to no end within {patience:.3g} s, or asks for more than {limit}"
-        raise LogError(f"{file} is not readable: {reasons}; save it again.")
-    answer = pickle.loads(done.stdout)
-    if isinstance(answer, LogError):
-        raise answer
-    return answer
-
-
-def _answer() -> None:
-    """Read in the separate process, which ends without an answer if it exceeds a limit."""
-    read, arguments, patience, memory = pickle.load(sys.stdin.buffer)
-    with os.fdopen(os.dup(1), "wb") as out:
-        os.dup2(2, 1)  # what libraries print must not mix with the answer
-        faulthandler.dump_traceback_later(patience, exit=True)
-        bound_memory(memory)
+        patience = PATIENCE + PATIENCE_PER_MB * 1e-6 * len(data)
         try:
-            answer = read(*arguments)
-        except LogError as error:
-            answer = error
-        pickle.dump(answer, out, protocol=pickle.HIGHEST_PROTOCOL)
+            return call_apart(folder, _read, copy, file, error=LogError, patience=patience, memory=MEMORY)
+        except NoAnswer as end:
+            raise LogError(f"{file} is not readable: its reader {': '.join(end.args)}; save it again.") from end
 
 
 def _read(path: Path, file: str) -> Table:

@@ -10,7 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from heli_identifier.errors import LogError
-from heli_identifier.signatures import check_types
 
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
@@ -27,7 +26,6 @@ _CONSTANT_V = 1e-3  # a voltage that varies by less [V] moves no propeller
 _STILL_SHARE = 0.1  # of the training logs' excitation; below it a log holds a hundredth of their information
 
 
-@check_types
 def read_logs(
     logs: LogSource | Sequence[LogSource],
     format: LogFormat | RigConfiguration = CONTRACT,
@@ -39,7 +37,6 @@ def read_logs(
     return _make_names_unique([log if isinstance(log, Log) else read_log(log, format, start, end) for log in sources])
 
 
-@check_types
 def read_data_set(
     training: Sequence[str | PathLike[str]],
     held_out: Sequence[str | PathLike[str]] = (),
@@ -52,7 +49,6 @@ def read_data_set(
     return logs[: len(training)], logs[len(training) :]
 
 
-@check_types
 def demo_files(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     """Return the files of the training logs and of the held-out logs of a demonstration rig, one of `DEMO_RIGS`."""
     if rig not in DEMO_RIGS:

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 from heli_identifier.errors import CONFIGURATION_NAME, ConfigurationError, printable, require_range
 from heli_identifier.files import read_limited, write_atomically
 from heli_identifier.online import Estimate
-from heli_identifier.signatures import check_types
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.effects import CATALOGUE
 from heli_plant.errors import did_you_mean
@@ -40,7 +39,6 @@ def read_examples() -> dict[str, Any]:
     return tomllib.loads("\n".join(line.removeprefix("# ") if " = " in line else line for line in lines))
 
 
-@check_types
 def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
     """Read the configuration of a rig from a TOML file, as `heli init` makes it.
 

@@ -13,7 +13,6 @@ import numpy as np
 
 from heli_identifier.errors import LogError, printable
 from heli_identifier.files import read_limited
-from heli_identifier.signatures import check_types
 
 from .binary import LARGEST_MB, READERS, read_binary
 from .columns import Array, Column, Table, find_columns
@@ -27,7 +26,6 @@ from .units import ANGLES, COMBINED, REFERENCES, SI_UNIT, VOLTAGES
 _Signals = dict[str, Array]
 
 
-@check_types
 def read_log(
     path: str | PathLike[str],
     format: LogFormat | RigConfiguration = CONTRACT,

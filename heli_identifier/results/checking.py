@@ -15,7 +15,6 @@ from heli_identifier.results.report import render
 from heli_identifier.results.sources import ParameterSource, parameter_set
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import AHEAD, angle_text, to_digits
-from heli_identifier.signatures import check_types
 from heli_identifier.tracing import find_references
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.rig import Parameters, record_of
@@ -117,7 +116,6 @@ class Check(Tabular):
         return f"<Check: {'failed: ' + ', '.join(failed) if failed else 'passed'}>"
 
 
-@check_types
 def check(logs: LogSource | Sequence[LogSource], parameters: ParameterSource, factor: float = 1.3) -> Check:
     """Check that a model predicts new logs as well as a diagnosis found for its corrected model.
 

@@ -20,7 +20,6 @@ from heli_identifier.results.parameters import ParameterSet, corrected_parameter
 from heli_identifier.results.sources import read_parameters
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import AHEAD, angle_text, effect_name, join_words, with_interval
-from heli_identifier.signatures import check_types
 from heli_plant.effects import AXES
 
 Value = Estimate | ErrorFigure | Use | None
@@ -76,7 +75,6 @@ def _cell(value: Value) -> str:
     return f"{angle_text(value)} mrad" if isinstance(value, ErrorFigure) else value or "–"
 
 
-@check_types
 def compare(
     first: Diagnosis | str | PathLike[str],
     second: Diagnosis | str | PathLike[str],

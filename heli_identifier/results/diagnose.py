@@ -28,7 +28,6 @@ from heli_identifier.results.checking import errors_ahead
 from heli_identifier.results.diagnosis import DataEntry, Diagnosis, ErrorFigure, RigVerdict
 from heli_identifier.results.held_out import compare
 from heli_identifier.results.words import has_sign
-from heli_identifier.signatures import check_types
 from heli_identifier.tracing.findings import draw_curves, estimates, log_faults
 from heli_identifier.tracing.fit import Fit, covariance, fit
 from heli_identifier.tracing.helicopter import LAG_FIELD
@@ -41,7 +40,6 @@ from heli_identifier.tracing.statements import Determination, FoundEffect, Verdi
 
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits
-@check_types
 def diagnose(
     logs: LogSource | Sequence[LogSource],
     *,

@@ -22,7 +22,7 @@ import msgspec
 import numpy as np
 
 from heli_identifier.errors import ConfigurationError, refuse
-from heli_identifier.files import draft_folder, is_protected, read_limited, remove_stale_drafts, write_atomically
+from heli_identifier.files import draft_folder, is_protected, read_limited, write_atomically
 from heli_identifier.processes import undo_at_end
 
 LARGEST_MB = 50.0
@@ -125,7 +125,6 @@ def write_whole_folder(target: str | os.PathLike[str], obsolete: Collection[str]
             raise ConfigurationError(
                 f"{existing} cannot be written to: {error.strerror}; name another folder."
             ) from error
-        remove_stale_drafts(folder.parent, draft.stat().st_mtime)  # of a run that was to make this folder
         try:
             yield draft
         except OSError as error:

@@ -32,7 +32,7 @@ import numpy as np
 from scipy.signal import correlate
 from scipy.special import chdtrc
 
-from heli_identifier.chain import undo_faults
+from heli_identifier.chain import Fault, undo_faults
 from heli_identifier.records import Log
 from heli_identifier.results.bootstrap import bootstrap, change_figures, rms_figures
 from heli_identifier.results.diagnosis import AxisError, AxisReport, ErrorFigure, HeldOutLikelihood, HeldOutSeries, Use
@@ -65,6 +65,13 @@ def likelihood_of(model: Model, record: Record) -> tuple[Run, Array]:
     return Run.along(model, record, b[: len(sigma)], aligned, pushes), density
 
 
+def undo_in_log(faults: Mapping[Fault, float], log: Log, limit: float) -> Log:
+    """Return a log with faults undone; the amplifiers give at most ``limit`` [V], or what was logged."""
+    voltages, angles = undo_faults(faults, log.voltages, log.angles, log.step)
+    largest = max(limit, float(np.abs(log.voltages).max()))
+    return replace(log, voltages=np.clip(voltages, -largest, largest), angles=angles)
+
+
 def compare(
     before: Fit,
     after: Fit,
@@ -79,8 +86,7 @@ def compare(
     under a controller (``closed_loop``) by that .2 s ahead. LogError if no passage is long enough for 2 s ahead.
     """
     rig, records = after.likelihood.rig, _records(before, after, logs)
-    signals = (undo_faults(after.likelihood.faults, log.voltages, log.angles, log.step) for log in logs)
-    mended = [replace(log, voltages=v, angles=y) for log, (v, y) in zip(logs, signals, strict=True)]
+    mended = [undo_in_log(after.likelihood.faults, log, after.parameters.v_max) for log in logs]
     starts = [rig.initial_state(log.angles, log.voltages, log.step) for log in mended]
     first, second = (_HeldOutRuns.of(Model.of(fitted), records, mended, starts) for fitted in (before, after))
     models, judged = {"before": first, "after": second}, "ahead_200ms" if closed_loop else "prediction_1s"

@@ -11,7 +11,6 @@ from heli_identifier.online import GAINS
 from heli_identifier.records import Log, LogSource, RigConfiguration, common_configuration, read_logs
 from heli_identifier.results.tables import GAIN_OF, Table, Tabular, gain_cells, rank_experiments
 from heli_identifier.results.words import describe_effect, flight_sentence, to_digits, typeset_notes
-from heli_identifier.signatures import check_types
 from heli_plant.effects import AXES
 
 
@@ -62,7 +61,6 @@ def _rms_movement(logs: Sequence[Log], resolution: np.ndarray) -> dict[str, floa
     return dict(zip(AXES, map(float, counts), strict=True))
 
 
-@check_types
 def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfiguration | None = None) -> Look:
     """Look at logs of one rig before they are diagnosed: who flew, what moved, which gains they determine.
 

@@ -25,7 +25,7 @@ from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import join_words, unit_text, uses_text, with_interval
 from heli_identifier.tracing import Determination
 from heli_plant.effects import AXES, CATALOGUE
-from heli_plant.errors import ParameterError
+from heli_plant.errors import PlantError
 from heli_plant.parameters import BY_FIELD, BY_NAME, PARAMETERS, PlantParameters, from_names
 
 PLANT = "HelicopterPlant"
@@ -97,7 +97,7 @@ class ParameterSet(Tabular):
         self.check_unit(PLANT)
         try:
             return from_names(self.start_values)
-        except ParameterError as error:
+        except PlantError as error:
             raise ConfigurationError(f"{error}.") from error
 
     def check_unit(self, unit: str) -> None:

@@ -16,7 +16,6 @@ from heli_identifier.results.diagnosis import Diagnosis, HeldOutSeries
 from heli_identifier.results.parameters import PLANT
 from heli_identifier.results.sources import ParameterSource, PlantSource, parameter_set, to_plant
 from heli_identifier.results.words import uses_text
-from heli_identifier.signatures import check_types
 from heli_identifier.tracing import record_start
 from heli_plant.effects import AXES
 from heli_plant.simulation import simulate as simulate_plant
@@ -35,7 +34,6 @@ START_PARAMETERS |= {"nu_front": "plant.initial.v_front", "nu_rear": "plant.init
 """Parameters of the unit that set its start state, by the fields of the state."""
 
 
-@check_types
 def simulate(
     parameters: PlantSource, inputs: LogSource | ArrayLike, *, step: float = 0.01, start: PlantState | None = None
 ) -> DataFrame:
@@ -85,7 +83,6 @@ def start_of(log: Log) -> PlantState:
     return PlantState(*map(float, record_start(log.angles, log.voltages, log.step)))
 
 
-@check_types
 def build(
     unit: str,
     folder: str | PathLike[str],
@@ -177,7 +174,7 @@ def unit_run(unit: Path, series: HeldOutSeries) -> np.ndarray:
     from fmu_src import VOLTAGES, Scenario
     from fmu_src.master import run_apart
 
-    log, alone = series.log, Scenario("alone", "the plant alone", (("plant", PLANT),), ())
+    log, alone = series.log, Scenario("alone", "the plant alone", (("plant", PLANT),), {})
     values = {"plant.solver.step": log.step, **{name: series.start[field] for field, name in START_PARAMETERS.items()}}
     inputs = {f"plant.{name}": column for name, column in zip(VOLTAGES, log.voltages.T, strict=True)}
     result = run_apart(alone, (log.samples - 1) * log.step, log.step, values, {"plant": unit}, inputs=inputs)

@@ -7,7 +7,6 @@ from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.results.diagnosis import Diagnosis
 from heli_identifier.results.documents import damage_error, read_document
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters
-from heli_identifier.signatures import check_types
 from heli_plant.parameters import PlantParameters
 
 ParameterSource = ParameterSet | Diagnosis | str | PathLike[str]
@@ -29,7 +28,6 @@ def to_plant(source: PlantSource) -> PlantParameters:
     return source if isinstance(source, PlantParameters) else parameter_set(source).plant()
 
 
-@check_types
 def read_parameters(path: str | PathLike[str]) -> ParameterSet:
     """Read a parameters.json, and check that its values are parameters of the unit that it names.
 

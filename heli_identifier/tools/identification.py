@@ -24,7 +24,6 @@ from heli_identifier.online import PREDICTION_ERROR, Estimate, IdentifierSetting
 from heli_identifier.provenance import provenance
 from heli_identifier.records import Log, LogSource, RigConfiguration
 from heli_identifier.results import Table, Tabular
-from heli_identifier.signatures import check_types
 from heli_identifier.tools import history
 from heli_identifier.tools.history import EstimateHistory
 from heli_identifier.tools.rigs import cut_log
@@ -104,7 +103,6 @@ class Identification(Tabular):
         return f"<Identification: {len(self.estimates)} parameters from {count} log{'s' if count != 1 else ''}>"
 
 
-@check_types
 def identify(
     logs: LogSource | Sequence[LogSource],
     *,

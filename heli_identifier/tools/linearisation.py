@@ -8,14 +8,12 @@ make the accelerations of all three axes zero. Around it
 with x the deviations of pitch, elevation, travel [rad], their rates [rad/s], the lagged voltages nu_front, nu_rear [V]
 and, where the arm bends, q [rad] and q' [rad/s]; u = (v_front, v_rear) [V]; y = the encoders' pitch, elevation, travel
 [rad]. A and B are the slopes of :func:`heli_plant.plant.rates_of_change`, F and G with a period h those of the
-plant's own step, x_{k+1} = F x_k + G u_k. Both come from dual numbers of the plant's source
-(:mod:`heli_plant.dual`), without a width of differences to choose.
+plant's own step, x_{k+1} = F x_k + G u_k. Both are central differences.
 
 Dry and breakaway friction are left out: at rest their slope is that of a smoothing, not of a rig.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from control import StateSpace, ss
@@ -23,8 +21,6 @@ from scipy.optimize import root
 
 from heli_identifier.errors import ConfigurationError, refuse, require_range
 from heli_identifier.results import PlantSource, to_plant
-from heli_identifier.signatures import check_types
-from heli_plant.dual import seed_duals, slopes, with_duals
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.laws import motor_input, motor_time_constant, switched_on, thrust_voltages
 from heli_plant.parameters import PlantParameters
@@ -37,6 +33,9 @@ PERIOD = 0.01  # control period [s]
 
 NOT_LINEAR = tuple(e.field for e in CATALOGUE if e.name in ("dry_friction", "breakaway_friction"))
 """Coefficients that a linear model leaves out: their slope at rest is that of the smoothing."""
+
+WIDTH = 1e-6
+"""Half the width of the differences [rad, rad/s, V]: they err by 1e-10 by rounding, and by 1e-12 by curvature."""
 
 BALANCED = 1e-9  # largest acceleration [rad/s^2] at which a point counts as an equilibrium
 FURTHEST = 1.5  # largest pitch and elevation [rad]: beyond a quarter of a turn the rig lies on its back
@@ -73,7 +72,6 @@ class LinearModel:
     sampled: StateSpace
 
 
-@check_types
 def linearise(
     parameters: PlantSource, elevation: float = 0.0, pitch: float = 0.0, *, period: float | None = None
 ) -> StateSpace:
@@ -163,12 +161,18 @@ def linear_system(parameters: PlantParameters, point: OperatingPoint, period: fl
     frictionless = parameters._replace(**dict.fromkeys(NOT_LINEAR, 0.0))
     n = len(STATES) + (2 if frictionless.arm_bending_elevation != 0.0 else 0)
     centre = rigid_start(point.state(frictionless), frictionless)
-    numbers: list[Any] = seed_duals([*centre[:n], point.v_front, point.v_rear])
-    state = PlantState(*numbers[:n], *centre[n:])
-    if period is None:
-        result = with_duals(rates_of_change)(0.0, *state[:-2], *numbers[n:], 0.0, state.cable_rest, frictionless)
-    else:
-        result = with_duals(step)(state, *numbers[n:], 0.0, 0.0, period, frictionless)
-    AB, C = slopes(result[:n], n + 2), slopes(measured_angles(state), n + 2)[:, :n]
+
+    def later(numbers: np.ndarray) -> np.ndarray:
+        """Return the states' rates, or the states a period later, and the angles for a row of states and inputs."""
+        state, (v_front, v_rear) = PlantState(*numbers[:n].tolist(), *centre[n:]), numbers[n:].tolist()
+        after: tuple[float, ...]
+        if period is None:
+            after = rates_of_change(0.0, *state[:-2], v_front, v_rear, 0.0, state.cable_rest, frictionless)
+        else:
+            after = step(state, v_front, v_rear, 0.0, 0.0, period, frictionless)
+        return np.array([*after[:n], *measured_angles(state)])
+
+    middle, changes = np.array([*centre[:n], point.v_front, point.v_rear]), WIDTH * np.eye(n + len(INPUTS))
+    slopes = np.column_stack([(later(middle + change) - later(middle - change)) / (2.0 * WIDTH) for change in changes])
     names = {"states": list(PlantState._fields[:n]), "inputs": list(INPUTS), "outputs": list(AXES)}
-    return ss(AB[:, :n], AB[:, n:], C, np.zeros((len(AXES), len(INPUTS))), period or 0, **names)
+    return ss(slopes[:n, :n], slopes[:n, n:], slopes[n:, :n], np.zeros((len(AXES), len(INPUTS))), period or 0, **names)

@@ -2,19 +2,17 @@
 
 An effect enters the model at a score of :data:`.settings.KEPT` nats, the largest first, and leaves it below; when the
 set no longer changes, the model is refitted and the catalogue is scored again around that fit, until the set does not
-change there either. An effect that has left enters again only when the set has come to rest at a higher likelihood than
-it had before, so that the search ends. Effects of the fit leave before others enter, or one round later: two laws that
-bend one curve, such as a dead zone and a quadratic thrust, seem to replace each other until both are fitted. If the
-data do not tell laws of one family apart, the one with the fewest shapes is taken. An effect with a score of
-:data:`.settings.NAMED` is established if a refit without it loses as much: the quadratic form of a law with corners,
-such as a dead zone, predicts five times the loss of the refit. Effects of one family are one finding, and its score is
-the loss of the likelihood without all its members.
+change there either. An effect that has left does not enter again. Effects of the fit leave before others enter, or one
+round later: two laws that bend one curve, such as a dead zone and a quadratic thrust, seem to replace each other until
+both are fitted. If the data do not tell laws of one family apart, the one with the fewest shapes is taken. An effect
+with a score of :data:`.settings.NAMED` is established if a refit without it loses as much: the quadratic form of a law
+with corners, such as a dead zone, predicts five times the loss of the refit. Effects of one family are one finding, and
+its score is the loss of the likelihood without all its members.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
-from math import inf
 
 from .fit import Fit, fit
 from .likelihood import Point
@@ -79,16 +77,13 @@ class Selection:
 
 def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) -> Selection:
     """Search the candidates beside the model before, ``null``, from a ``start`` that may have effects or curves."""
-    form, left, needless, least = Scores(start or null, candidates), set[str](), set[str](), inf
+    fitted, barred = start or null, set[str]()
     while True:
+        form = Scores(fitted, candidates)
         selected = form.selected
-        chosen = stepwise(form, selected, left | needless)
-        worth = form.fitted.value + sum(map(form.entry_score, selected))
-        if left and set(chosen) == set(selected) and worth < least:
-            least, left = worth, set()
-            chosen = stepwise(form, selected, needless)
-        left |= set(selected) - set(chosen)
-        if set(chosen) == set(selected) and (chosen := _prefer_simpler(form, selected, needless)) == selected:
+        chosen = stepwise(form, selected, barred)
+        barred |= set(selected) - set(chosen)
+        if set(chosen) == set(selected) and (chosen := _prefer_simpler(form, selected, barred)) == selected:
             findings = list[Finding]()
             for finding in _weigh_effects(form, null):
                 if _is_needless(form, finding):
@@ -96,9 +91,9 @@ def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) ->
                 findings.append(finding)
             else:
                 break
-            needless.add(finding.effect.field)
+            barred.add(finding.effect.field)
             chosen = [name for name in selected if name != finding.effect.field]
-        form = Scores(_fit_entered(form, chosen), candidates)
+        fitted = _fit_entered(form, chosen)
     findings.sort(key=lambda f: -f.stated_score)
     return Selection(null, form.fitted, tuple(findings), form.scores(form.selected), form)
 
@@ -224,7 +219,7 @@ def _weigh_effects(form: Scores, null: Fit) -> Iterator[Finding]:
 def stepwise(form: Scores, start: Sequence[str], barred: Collection[str] = ()) -> list[str]:
     """Let effects leave, then let others enter that are not ``barred``, until the set does not change.
 
-    An effect that left does not enter again here. After the first entry only effects that entered may leave. If a new effect
+    An effect that left does not enter again. After the first entry only effects that entered may leave. If a new effect
     makes one of the fit needless, a fit of both decides: the quadratic form predicts such an exchange badly.
     """
     selected, entered, left = list(start), list[str](), set(barred)

@@ -178,6 +178,8 @@ def evaluate(body: Body, node: ast.expr | None) -> Any:
                 if items is None:
                     raise NoType(f"{ast.unparse(part)} has no translation to C: how many values it holds is not known")
                 arguments += items
+            if inspect.isbuiltin(call) and any(isinstance(argument, Expr) for argument in arguments):
+                raise NoType(f"{ast.unparse(function)} has no translation to C")
             return call(*arguments, **{str(keyword.arg): of(keyword.value) for keyword in keywords})
         case ast.Tuple(parts) | ast.List(parts):
             if any(isinstance(part, ast.Starred) for part in parts):
