@@ -77,7 +77,7 @@ def before_after(rows: pandas.DataFrame) -> str:
             known = of_axis[column].notna()
             panel.points(of_axis[column][known], np.flatnonzero(known), role, column)
         panels.append(panel)
-    return figure(panels, "error .2 s ahead [mrad]", "Errors before and after a diagnosis", 640.0, True, (0.2, 40.0))
+    return figure(panels, "error .2 s ahead [mrad]", "Errors before and after a diagnosis", 640.0, (0.2, 40.0), True)
 
 
 def gains(rows: pandas.DataFrame) -> str:
@@ -108,7 +108,7 @@ def detection(rows: pandas.DataFrame) -> str:
             panel.line((place, place), (low, high), role, width=1.0)
             panel.points((place,), (shown,), role, label)
     description = "Share of effects that are shown against the score that a fit gives them which is told the structure"
-    return figure([panel], "score of a fit that is told the structure [nats]", description, 640.0, True, (0.9, 140.0))
+    return figure([panel], "score of a fit that is told the structure [nats]", description, 640.0, (0.9, 140.0), True)
 
 
 def report() -> bytes:

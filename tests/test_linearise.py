@@ -175,7 +175,7 @@ def test_drawn_plants_scatter_as_the_standard_errors_say_and_given_values_stay()
 
 def drawn_by(plant, *names, error=0.01):
     """400 draws by the covariance of a gain, known to 20 % at 3 V, and another parameter, known to its error."""
-    known = Covariance(names, names[:1], 3.0, np.diag([0.2, error]) ** 2)
+    known = Covariance(names, 3.0, np.diag([0.2, error]) ** 2)
     return draw_plants(ParameterSet("HelicopterPlant", plant_values(plant, {}), covariance=known), 400)
 
 
@@ -207,7 +207,7 @@ def test_the_covariance_of_a_diagnosis_is_written_and_read_and_its_damage_named(
     covariance = read_parameters(written.write(file)).covariance
     # a lag that is no finding is part of the time constant; a gain counts with its logarithm
     assert covariance.names == ("pitch.gain", "motor.time_constant", "travel.gain")
-    assert (covariance.logarithms, covariance.not_determined) == (("pitch.gain", "travel.gain"), ("travel.gain",))
+    assert covariance.not_determined == ("travel.gain",)
     slopes = [found.parameters["k_x"].estimate.value, 1.0, found.parameters["k_y"].estimate.value]
     assert covariance.matrix == pytest.approx(np.diag(variances / np.square(slopes)))
     assert "do not determine travel.gain" in written.drawn_from_prior

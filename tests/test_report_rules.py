@@ -26,7 +26,8 @@ from heli_identifier.results import (
     read_parameters,
     to_json_value,
 )
-from heli_identifier.results.report import experiments_of, report_page
+from heli_identifier.results.report import report_page
+from heli_identifier.results.tables import experiments_of
 from heli_identifier.results.words import effect_name, leading_error, typeset_notes, verdict_line
 from heli_identifier.tracing import Verdict
 from heli_plant.tabulated_torque import KNOTS

@@ -13,7 +13,7 @@ from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, flag, option
 from heli_identifier.cli.guard import FAILED, only_with
 from heli_identifier.cli.terminal import note, print_notes, progress_bar
-from heli_identifier.errors import ConfigurationError, require_positive
+from heli_identifier.errors import ConfigurationError, refuse, require_positive
 from heli_identifier.files import write_atomically
 
 HELD_OUT = "Held-out logs; by default the last log, or the last third of a single one."
@@ -36,11 +36,13 @@ def diagnose(
     Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu, with --native also
     HelicopterPlant-native.fmu: all of them, or none.
     """
+    from heli_identifier.live.session import RECORDED
+
+    flight = f"{output} holds a flight, {RECORDED}, and a diagnosis would replace files of it; name another folder."
+    refuse((output / RECORDED).exists(), flight)
     configuration = args.find_configuration(config)
     way = " (name another log with --validate)"
-    diagnosis, training, _ = diagnose_paths(logs, validate, configuration, output, start, end, way, keep_events, native)
-    for line in () if json else results.diagnosis_lines(diagnosis, training):
-        typer.echo(results.typeset(line))
+    diagnosis, *_ = diagnose_paths(logs, validate, configuration, output, start, end, way, keep_events, native)
     terminal.print_diagnosis(diagnosis, verbose, json)
     terminal.note_written(output, (*results.RESULTS, results.NATIVE_PLANT) if native else results.RESULTS)
     if native:

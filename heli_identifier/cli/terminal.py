@@ -194,7 +194,7 @@ def show(
 ) -> None:
     """Print a value that has a table."""
     document, tables = result.to_dict(), [result.table]
-    print_answer(json, document, tables, result.remarks, written, intervals=intervals, warnings=result.warnings)
+    print_answer(json, document, tables, (), written, intervals=intervals, warnings=result.warnings)
 
 
 def print_diagnosis(diagnosis: "hi.Diagnosis", reasons: bool = False, json: bool = False) -> None:

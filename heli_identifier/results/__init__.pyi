@@ -24,7 +24,6 @@ from .documents import write_files as write_files
 from .documents import write_whole_folder as write_whole_folder
 from .held_out import log_likelihood as log_likelihood
 from .looking import Look as Look
-from .looking import diagnosis_lines as diagnosis_lines
 from .looking import look as look
 from .parameters import PLANT as PLANT
 from .parameters import ParameterSet as ParameterSet
@@ -34,8 +33,8 @@ from .parameters import plant_values as plant_values
 from .prediction import Model as Model
 from .report import NATIVE_PLANT as NATIVE_PLANT
 from .report import RESULTS as RESULTS
-from .report import notebook_view as notebook_view
 from .report import render as render
+from .report import report_page as report_page
 from .report import write_results as write_results
 from .running import build as build
 from .running import play_log as play_log

@@ -78,22 +78,22 @@ class Check(Tabular):
 
     @property
     def table(self) -> Table:
-        """Log, axis, error with its 95 % interval, limit, and outcome."""
+        """Log, axis, error with its 95 % interval, limit, and outcome.
+
+        Below it stands why the error is larger than a diagnosis reports, or how far the controller is from the one that
+        flew.
+        """
         rows = [
             (o.log, o.axis, angle_text(o.error), to_digits(1e3 * o.limit), "passed" if o.passed else "failed")
             for o in self.outcomes
         ]
         rows += [("every log", axis, "", "", "not usable") for axis in self.not_judged]
         columns = ("log", "axis", "error [mrad]", "limit [mrad]", "outcome")
-        return Table(f"Error {AHEAD[self.judged]} with its 95 % interval", columns, rows)
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """Why the error is larger than a diagnosis reports, or how far the controller is from the one that flew."""
         difference = "along the measured angles the controller asks for the logged voltages within"
         flown = tuple(f"{log}: {difference} {to_digits(volts, 2)} V (rms)" for log, volts in self.voltages.items())
         air = "nothing is known of the air of a new log: the error is larger than the one that a diagnosis reports"
-        return (*flown, *([air] if self.judged == "ahead_200ms" else []))
+        remarks = (*flown, *([air] if self.judged == "ahead_200ms" else []))
+        return Table(f"Error {AHEAD[self.judged]} with its 95 % interval", columns, rows, remarks)
 
     @property
     def warnings(self) -> tuple[str, ...]:

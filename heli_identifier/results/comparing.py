@@ -12,7 +12,7 @@ from pathlib import Path
 
 from heli_identifier.errors import refuse
 from heli_identifier.online import GAINS, Estimate
-from heli_identifier.records import LogSource, read_logs
+from heli_identifier.records import Log, LogSource, read_logs
 from heli_identifier.results.checking import errors_ahead
 from heli_identifier.results.diagnosis import Diagnosis, DiagnosisFile, ErrorFigure, Use
 from heli_identifier.results.documents import damage_error, read_document
@@ -43,36 +43,29 @@ class Comparison(Tabular):
 
     names: tuple[str, str]
     """Names of the two diagnoses."""
-    parameters: tuple[Compared, ...]
-    """Of the corrected plants by symbol; a gain as slope at the median voltage of its logs."""
-    effects: tuple[Compared, ...]
-    """Effects that at least one of the plants has."""
-    uses: tuple[Compared, ...]
-    """What each axis may be used for."""
-    errors: tuple[Compared, ...]
-    """Errors ahead [rad] on every axis of the logs that were given."""
+    entries: tuple[Compared, ...]
+    """Parameters of the corrected plants by symbol, a gain as slope at the median voltage of its logs; effects that at
+    least one of the plants has; the use of each axis; errors ahead [rad] on every axis of the logs that were given."""
     notes: tuple[str, ...]
     """What limits the comparison."""
 
     @property
-    def remarks(self) -> tuple[str, ...]:
-        """What limits the comparison."""
-        return self.notes
+    def estimates(self) -> tuple[Compared, ...]:
+        """The parameters and effects."""
+        return tuple(entry for entry in self.entries if isinstance(entry.first or entry.second, Estimate))
 
     @property
     def moved(self) -> tuple[str, ...]:
         """Parameters and effects that moved by more than their intervals, or that one plant alone has."""
-        unmoved = ("given", "within its interval")
-        return tuple(entry.name for entry in (*self.parameters, *self.effects) if entry.outcome not in unmoved)
+        return tuple(entry.name for entry in self.estimates if entry.outcome not in ("given", "within its interval"))
 
     @property
     def table(self) -> Table:
-        """One row per parameter, effect, use of an axis, and error."""
-        count = len(self.parameters) + len(self.effects)
-        title = f"{len(self.moved)} of {count} parameters and effects differ between {' and '.join(self.names)}"
-        entries = (*self.parameters, *self.effects, *self.uses, *self.errors)
-        rows = [(entry.name, _cell(entry.first), _cell(entry.second), entry.outcome) for entry in entries]
-        return Table(title, ("what", *self.names, "outcome"), rows)
+        """One row per entry, and the notes below."""
+        share = f"{len(self.moved)} of {len(self.estimates)}"
+        title = f"{share} parameters and effects differ between {' and '.join(self.names)}"
+        rows = [(entry.name, _cell(entry.first), _cell(entry.second), entry.outcome) for entry in self.entries]
+        return Table(title, ("what", *self.names, "outcome"), rows, self.notes)
 
 
 def _cell(value: Value) -> str:
@@ -109,11 +102,13 @@ def compare(
         names = (str(first), str(second))
     judged = "ahead_200ms" if any(document.closed_loop for document in documents) else "prediction_1s"
     used = read_logs(logs)
-    uses = ({f"use of the {axis}": report.use for axis, report in document.axes.items()} for document in documents)
-    errors = (
-        {f"{axis} {AHEAD[judged]} on {log}": error for log, axis, error in errors_ahead(plant.plant(), used, judged)}
-        for plant in plants
-        if used
+    kinds = zip(
+        *(_values_by_kind(*of_one, used, judged) for of_one in zip(documents, plants, strict=True)), strict=True
+    )
+    entries = tuple(
+        Compared(name, one.get(name), other.get(name), compare_values(one.get(name), other.get(name)))
+        for one, other in kinds
+        for name in {**one, **other}
     )
     voltages = [f"{document.settings['operating_point']:.3g} V" for document in documents]
     notes = [
@@ -126,20 +121,21 @@ def compare(
             f"Both diagnoses use {', '.join(shared)}: their estimates are not independent, and the intervals of "
             "differences hold only roughly."
         )
-    return Comparison(
-        names,
-        _compare_by_name(*map(slope_estimates, documents)),
-        _compare_by_name(*map(_plant_effects, documents)),
-        _compare_by_name(*uses),
-        _compare_by_name(*errors),
-        tuple(notes),
-    )
+    return Comparison(names, entries, tuple(notes))
 
 
-def _compare_by_name(first: Mapping[str, Value] = {}, second: Mapping[str, Value] = {}) -> tuple[Compared, ...]:
-    """Compare what has the same name, and list what only one plant has."""
-    pairs = ((name, first.get(name), second.get(name)) for name in {**first, **second})
-    return tuple(Compared(name, old, new, compare_values(old, new)) for name, old, new in pairs)
+def _values_by_kind(
+    document: DiagnosisFile, plant: ParameterSet, logs: Sequence[Log], judged: str
+) -> tuple[Mapping[str, Value], ...]:
+    """Return parameters, effects, uses and errors by name; an effect by table has no coefficient."""
+    effects = {
+        effect_name(effect.name, effect.axis): effect.coefficient
+        for effect in (*document.effects, *document.possible)
+        if effect.in_plant and effect.coefficient is not None
+    }
+    uses = {f"use of the {axis}": report.use for axis, report in document.axes.items()}
+    errors = errors_ahead(plant.plant(), logs, judged) if logs else []
+    return slope_estimates(document), effects, uses, {f"{axis} {AHEAD[judged]} on {log}": e for log, axis, e in errors}
 
 
 def compare_values(first: Value, second: Value) -> str:
@@ -178,12 +174,3 @@ def slope_estimates(document: DiagnosisFile) -> dict[str, Estimate]:
     """Return the parameters of a corrected plant; gains as slopes, as one at 0 V depends on the thrust's curve."""
     slopes = {name: document.parameters[name].estimate for name in GAINS if name in document.parameters}
     return {**document.parameters_after, **slopes}
-
-
-def _plant_effects(document: DiagnosisFile) -> dict[str, Estimate]:
-    """Return the coefficients of the effects of a corrected plant; a torque by table has none."""
-    return {
-        effect_name(effect.name, effect.axis): effect.coefficient
-        for effect in (*document.effects, *document.possible)
-        if effect.in_plant and effect.coefficient is not None
-    }

@@ -7,6 +7,7 @@ each what the docstrings here say. A figure that is not finite is null in the fi
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
+from html import escape
 from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
@@ -250,8 +251,9 @@ class Diagnosis(DiagnosisFile):
         return Path(folder)
 
     def _repr_html_(self) -> str:
-        """Show the diagnosis in a notebook."""
-        return results.notebook_view(self)
+        """Show the report in a notebook."""
+        page = escape(results.report_page(self, "rig"))
+        return f'<iframe srcdoc="{page}" style="width: 100%; height: 60em; border: 0"></iframe>'
 
     def __repr__(self) -> str:
         effects = ", ".join(f"{effect.name} on {effect.axis}" for effect in self.effects)

@@ -9,6 +9,7 @@ change. A link is followed. Only regular files are replaced.
 
 import json
 import os
+import shutil
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from math import inf
@@ -153,22 +154,22 @@ def _move_all(draft: Path, folder: Path, obsolete: Collection[str]) -> None:
         foreign = place.exists() and not place.is_file()
         refuse(foreign, f"{place} is {kind} and is not replaced by a file of results; {advice}")
         refuse(is_protected(place), f"{place} is read by this command and not written over; {advice}")
-    old_files, written = draft / ".replaced", [file.name for file, _ in moves]
-    old_files.mkdir()
-    undo = ExitStack()
+    written = {file.name for file, _ in moves}
+    left = [folder / name for name in obsolete if name not in written and (folder / name).is_file()]
+    left = [place for place in left if not is_protected(place)]
+    undo, copies = ExitStack(), draft / ".replaced"  # a link would do, but some file systems have none
+    copies.mkdir()
     with undo_at_end(undo.close):
         try:
-            for file, place in moves:
+            for number, place in enumerate((*(place for _, place in moves), *left)):
                 if place.exists():
-                    os.link(place, old_files / file.name)  # the old file stays until the new one replaces it
-                    undo.callback((old_files / file.name).replace, place)
+                    undo.callback(os.replace, shutil.copy2(place, copies / str(number)), place)
                 else:
                     undo.callback(place.unlink, missing_ok=True)
+            for file, place in moves:
                 file.replace(place)
-            for place in (folder / name for name in obsolete if (folder / name).is_file()):
-                if place.name not in written and not is_protected(place):
-                    place.rename(old_files / place.name)
-                    undo.callback((old_files / place.name).replace, place)
+            for place in left:
+                place.unlink()
         except OSError as error:
             raise ConfigurationError(
                 f"{folder} cannot be written to: {error.strerror}; nothing was changed."

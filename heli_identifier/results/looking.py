@@ -9,10 +9,8 @@ from heli_identifier import tracing
 from heli_identifier.chain import describe_events
 from heli_identifier.online import GAINS
 from heli_identifier.records import Log, LogSource, RigConfiguration, common_configuration, read_logs
-from heli_identifier.results.diagnosis import Diagnosis
-from heli_identifier.results.report import experiments_of, rank_experiments
-from heli_identifier.results.tables import GAIN_OF, Table, Tabular, gain_cells
-from heli_identifier.results.words import describe_effect, join_words, to_digits, typeset_notes
+from heli_identifier.results.tables import GAIN_OF, Table, Tabular, gain_cells, rank_experiments
+from heli_identifier.results.words import describe_effect, flight_sentence, to_digits, typeset_notes
 from heli_plant.effects import AXES
 
 
@@ -38,50 +36,22 @@ class Look(Tabular):
     """Passages that were left out, references that were refused, and reasons to doubt the gains."""
 
     @property
-    def lines(self) -> tuple[str, str, str]:
-        """Who flew and what moved the rig, how far each axis moved, and what each gain rests on."""
-        flown = "A controller flew" if self.closed_loop else "Open loop"
-        moved = [f"the {axis} by {to_digits(counts, 2)}" for axis, counts in self.movement_counts.items()]
-        gains = [f"{name} {report.determination}" for name, report in self.gains.items()]
-        return (
-            f"{flown}; references: {join_words(self.references) or 'none'}.",
-            f"Root mean square of the motion in encoder counts: {join_words(moved)}.",
-            f"Gains: {', '.join(gains) or 'none is known'}; to fly next: {self.experiment or 'nothing'}",
-        )
-
-    @property
     def table(self) -> Table:
-        """Who flew, and one row per axis; intervals are of 95 %."""
+        """Who flew, one row per axis with 95 % intervals; below it reasons, effects, and the experiment to fly next."""
         rows = [
             (axis, f"{to_digits(counts, 2)} counts", GAIN_OF[axis], *gain_cells(self.gains.get(GAIN_OF[axis])))
             for axis, counts in self.movement_counts.items()
         ]
         columns = ("axis", "moves by", "gain", "likelihood", "references alone", "it is")
-        return Table(self.lines[0].rstrip("."), columns, rows)
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """Reasons, effects, and the experiment to fly next."""
         reasons = [f"{name}: {report.determination}; {report.why}" for name, report in self.gains.items()]
         named = [f"{describe_effect(e)}: {e.verdict}, {e.score:.0f} nats" for e in self.effects]
-        return (*reasons, *named, f"to fly next: {self.experiment or 'nothing'}")
+        remarks = (*reasons, *named, f"to fly next: {self.experiment or 'nothing'}")
+        return Table(flight_sentence(self.closed_loop, self.references).rstrip("."), columns, rows, remarks)
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """The notes."""
         return tuple(typeset_notes(self.notes))
-
-
-def diagnosis_lines(diagnosis: Diagnosis, training: Sequence[Log]) -> tuple[str, str, str]:
-    """Return the :attr:`Look.lines` of a diagnosis and its training logs; the experiment is the one of its report."""
-    movement = _rms_movement(training, 2.0 * np.pi / np.array(diagnosis.settings["counts"], dtype=float))
-    point, experiment = diagnosis.settings["operating_point"], next((text for _, text in experiments_of(diagnosis)), "")
-    origins, gains = tuple(diagnosis.references.split(" and ")), _gains_of(diagnosis.parameters)
-    return Look(diagnosis.closed_loop, origins, movement, point, gains, (), experiment, ()).lines
-
-
-def _gains_of(reports: Mapping[str, tracing.ParameterReport]) -> dict[str, tracing.ParameterReport]:
-    return {name: reports[name] for name in GAINS if name in reports}
 
 
 def _rms_movement(logs: Sequence[Log], resolution: np.ndarray) -> dict[str, float]:
@@ -119,7 +89,7 @@ def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfigurati
         references.names,
         _rms_movement(used, rig.resolution),
         rig.operating_point,
-        _gains_of(identified.parameters),
+        {name: identified.parameters[name] for name in GAINS if name in identified.parameters},
         (*established, *possible),
         next((text for _, text in ranked), ""),
         (*describe_events(used, identified.events), *references.notes, *identified.notes),

@@ -55,11 +55,9 @@ class Covariance:
 
     names: tuple[str, ...]
     """Structured names, n of them: what was estimated, parameters and coefficients."""
-    logarithms: tuple[str, ...]
-    """Those of them, the gains, that count with the logarithm of their slope at the operating point."""
     operating_point_v: float
-    """Voltage [V] of the slopes: there a gain hardly depends on how the thrust bends. The elevation's offset counts
-    with what it is beyond the lift by the thrust there."""
+    """Voltage [V]. A gain counts with the logarithm of its slope there, which hardly depends on how the thrust bends;
+    the elevation's offset counts with what it is beyond the lift by the thrust there."""
     matrix: NDArray[np.float64]
     """Shape (n, n): in the squares and products of the parameters' units, of a logarithm 1."""
     not_determined: tuple[str, ...] = ()
@@ -211,7 +209,6 @@ def _covariance(diagnosis: Diagnosis, values: Mapping[str, Estimate]) -> Covaria
     not_determined = {name for name, report in reports.items() if report.determination is Determination.NOT_DETERMINED}
     return Covariance(
         tuple(names[i] for i in rows),
-        tuple(names[i] for i in rows if i in gains),
         float(diagnosis.settings["operating_point"]),
         diagnosis.covariance[np.ix_(rows, rows)] / np.outer(scale, scale),
         tuple(names[i] for i in rows if fields[i] in not_determined),
@@ -234,13 +231,13 @@ def draw_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[dic
     rig = tracing.helicopter([Log("hover", 1.0, np.full((2, 2), joint.operating_point_v), np.zeros((2, 3)))])
     variances, axes = np.linalg.eigh(joint.matrix)
     moves = random.standard_normal((count, len(joint.names))) @ (axes * np.sqrt(np.maximum(variances, 0.0))).T
-    fields, logarithms = ([BY_NAME[name].field for name in names] for names in (joint.names, joint.logarithms))
+    fields = [BY_NAME[name].field for name in joint.names]
     values = {field: rig.read(plant, field) for field in fields}
     curve = rig.coordinate(tracing.CURVE, plant)
 
     def moved_value(field: str, change: float) -> float:
         value = values[field]
-        if field in logarithms:
+        if field in GAINS:
             return value * exp(change)
         if field != tracing.CURVE:
             return value + change

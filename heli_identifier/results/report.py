@@ -1,28 +1,25 @@
 """The files of a diagnosis. report.html is one page that loads nothing else; its details are folded.
 
 The page begins with the verdict, a card per axis, measured and predicted motion, the effects in the plant, those left
-out, and the experiment that would answer most questions. A notebook shows the same parts without the page.
+out, and the experiment that would answer most questions.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from scipy.signal import correlate, welch
+from scipy.signal import correlate
 
 from heli_identifier import tracing
 from heli_identifier.results import tables, words
-from heli_identifier.results.diagnosis import AxisReport, Diagnosis, HeldOutSeries, Use
+from heli_identifier.results.diagnosis import Diagnosis, HeldOutSeries, Use
 from heli_identifier.results.documents import write_files
 from heli_identifier.results.parameters import PLANT, corrected_parameters
 from heli_identifier.results.running import build, check_free_run
 from heli_identifier.results.svg import Axes, figure
-from heli_identifier.tracing import Determination, Verdict
 from heli_plant.effects import AXES
 from heli_plant.effects import effect as catalogue_effect
-from heli_plant.parameters import BY_FIELD
 
 RESULTS = ("diagnosis.json", "report.html", "parameters.json", "HelicopterPlant.fmu")
 """Files of a diagnosis."""
@@ -66,58 +63,20 @@ def report_page(diagnosis: Diagnosis, rig: str) -> str:
     return render(
         "report.html.j2",
         title=f"Diagnosis of {rig}",
+        sentence=words.verdict_line(diagnosis),
         provenance=diagnosis.provenance,
-        residuals=[part for series in diagnosis.series for part in _residuals(diagnosis, series)],
-        **_parts(diagnosis),
+        diagnosis=diagnosis,
+        of_logs=tuple(f"{name}:" for entry in diagnosis.data for name in (entry.file, Path(entry.file).stem)),
+        overlay=_draw_overlay(diagnosis),
+        entry_of=catalogue_effect,
+        law_figure=_law_figure,
+        residual_figure=_residual_figure,
     )
 
 
 def render(template: str, **parts: Any) -> str:
     """Fill in a template, such as that of a page, and give its text."""
     return (PAGES if ".html" in template else TEMPLATES).get_template(template).render(**parts)
-
-
-def notebook_view(diagnosis: Diagnosis) -> str:
-    """Return the HTML of a diagnosis, without script and style sheet, for a notebook of any theme."""
-    return render("notebook.html.j2", **_parts(diagnosis))
-
-
-def _parts(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return the parts that page and notebook share; only figures and tables contain markup."""
-    return {
-        "diagnosis": diagnosis,
-        "sentence": words.verdict_line(diagnosis),
-        "remarks": words.typeset_notes(diagnosis.notes),
-        "of_logs": tuple(f"{name}:" for entry in diagnosis.data for name in (entry.file, Path(entry.file).stem)),
-        "cards": [_axis_card(diagnosis, axis, report) for axis, report in diagnosis.axes.items()],
-        "overlay": _draw_overlay(diagnosis),
-        "found": [_effect_facts(diagnosis, effect) for effect in diagnosis.effects if effect.in_plant],
-        "experiments": [
-            f"{text} It would settle: {words.join_words(what)}." for what, text in experiments_of(diagnosis)
-        ],
-    }
-
-
-def _axis_card(diagnosis: Diagnosis, axis: str, report: AxisReport) -> dict[str, str]:
-    """Return the card of an axis: its use, the change of its error, its gain."""
-    name, field = tables.GAIN_OF[axis], words.leading_error(diagnosis)
-    change, word = report.change[field], words.change_word(report, field)
-    ends = [words.percent(share) for share in (change.value, change.low, change.high)]
-    gain_report = diagnosis.parameters.get(name)
-    value, _, rests_on = tables.gain_cells(gain_report, diagnosis.parameters_after[name])
-    at = f" (slope at {words.to_digits(diagnosis.settings['operating_point'])} V)" if gain_report else ""
-    gain = f"{BY_FIELD[name].symbol} = {value}{at}, {rests_on}"
-    if gain_report is not None and gain_report.determination is Determination.NOT_DETERMINED:
-        gain += f": {gain_report.why}." + (f" To fly: {gain_report.experiment}" if gain_report.experiment else "")
-    usable = report.use is not Use.NOTHING
-    use = f"usable for {report.use}".replace("prediction", f"prediction over {words.horizon(diagnosis)}")
-    errors = [words.to_digits(1e3 * getattr(errors_of, field).value) for errors_of in (report.before, report.after)]
-    return {
-        "axis": axis, "use": use if usable else str(report.use), "fit": report.use.name.lower(),
-        "kind": word or "same", "change": "{}: {} ({} to {})".format(word or "no clear change", *ends),
-        "errors": f"error {words.AHEAD[field]}: {errors[0]} to {errors[1]} mrad", "gain": gain,
-        "why": "" if usable else f"not usable: {report.why}",
-    }  # fmt: skip
 
 
 def _draw_overlay(diagnosis: Diagnosis) -> str:
@@ -142,94 +101,32 @@ def _draw_overlay(diagnosis: Diagnosis) -> str:
     return figure(panels, "time [s]", description, 1100.0)
 
 
-def _effect_facts(diagnosis: Diagnosis, effect: tracing.FoundEffect) -> dict[str, Any]:
-    """Return facts and figure of an effect."""
-    facts = []
-    if effect.coefficient is not None:
-        entry = catalogue_effect(effect.name, effect.axis)
-        facts += [("coefficient", words.with_interval(effect.coefficient)), ("law", words.law_text(entry.law))]
-        facts.append(("source", entry.source))
-    if isinstance(effect.shape, tracing.NamedShape):
-        shapes = effect.shape.parameters
-        facts += [(name.replace("_", " "), words.with_interval(value)) for name, value in shapes.items()]
-    else:
-        facts += [("description", effect.shape.description), ("plant", f"table.{effect.axis}.*")]
-    facts.append(("score", f"{words.to_digits(effect.score)} nats"))
-    if effect.together:
-        facts.append(("together", effect.together))
-    if effect.alternatives:
-        rivals = words.join_words([words.effect_name(*other) for other in effect.alternatives], "or")
-        facts.append(("as likely", f"{rivals}: explains these logs about as well"))
+def _law_figure(diagnosis: Diagnosis, effect: tracing.FoundEffect) -> str:
+    """Draw a law, and the torque that the plant without it does not explain, averaged over bins of its variable."""
     # a torque of no catalogue has the curve of its variable, and may have several on an axis
     curves = (c for c in diagnosis.curves if c.name == effect.name and effect.axis in (c.axis, "rotors"))
     curve = next((c for c in curves if getattr(effect.shape, "variable", c.variable) == c.variable), None)
-    axis = curve.axis if curve else effect.axis
-    usable = axis not in diagnosis.axes or diagnosis.axes[axis].use is not Use.NOTHING
-    drawing = _law_figure(curve, words.effect_title(effect)) if curve is not None and usable else ""
-    return {
-        "title": words.effect_title(effect), "verdict": effect.verdict, "kind": effect.verdict.name.lower(),
-        "facts": facts, "figure": drawing,
-    }  # fmt: skip
-
-
-def _law_figure(curve: tracing.EffectCurve, title: str) -> str:
-    """Draw the law, and the torque that the plant without it does not explain, averaged over bins of its variable."""
+    if curve is None or (curve.axis in diagnosis.axes and diagnosis.axes[curve.axis].use is Use.NOTHING):
+        return ""
     x, y, low, high = curve.curve.T
     panel = Axes("torque/inertia [mrad/s²]")
     panel.band(x, 1e3 * low, 1e3 * high, "95 % band")
     panel.line(x, 1e3 * y, "after", "law", 2.0)
     if len(curve.points):
         panel.points(curve.points[:, 0], 1e3 * curve.points[:, 1], "measured", "data")
-    label = words.label_with_unit(tracing.variable_name(curve.variable), curve.unit)
+    label, title = words.label_with_unit(tracing.variable_name(curve.variable), curve.unit), words.effect_title(effect)
     return figure([panel], label, f"{title}: the law with its band over what the training logs show")
 
 
-def experiments_of(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
-    """Rank the experiments that a diagnosis asks for, as :func:`rank_experiments` does."""
-    return rank_experiments(diagnosis.parameters, (*diagnosis.effects, *diagnosis.possible), diagnosis.catalogue)
-
-
-def rank_experiments(
-    parameters: Mapping[str, tracing.ParameterReport], effects: Sequence[tracing.FoundEffect],
-    catalogue: Sequence[tracing.CatalogueVerdict],
-) -> list[tuple[list[str], str]]:  # fmt: skip
-    """Return every experiment that would help, with what it would determine.
-
-    First come those for gains that are not determined, on which no controller can be designed, then those that would
-    determine most.
-    """
-    questions = (
-        *((report.experiment, words.name_parameter(name)) for name, report in parameters.items()),
-        *((effect.experiment, words.describe_effect(effect)) for effect in effects),
-        *((e.experiment, words.effect_name(e.name, e.axis)) for e in catalogue if e.verdict == Verdict.NOT_TESTABLE),
-    )
-    determines: dict[str, list[str]] = {}
-    for experiment, what in questions:
-        determines.setdefault(experiment, []).append(what)
-    determines.pop("", None)
-    gains = [parameters[name] for name in tables.GAIN_OF.values() if name in parameters]
-    urgent = {report.experiment for report in gains if report.determination is Determination.NOT_DETERMINED}
-    return [(determines[e], e) for e in sorted(determines, key=lambda e: (e not in urgent, -len(determines[e])))]
-
-
-def _residuals(diagnosis: Diagnosis, series: HeldOutSeries) -> Iterator[tuple[str, str, list[str]]]:
-    """Return of every axis its name, the test for white innovations, and figures of spectrum and autocorrelation."""
-    for index, axis in enumerate(AXES):
-        spectrum, autocorrelation = Axes("innovations [1/Hz]", logarithmic=True), Axes("autocorrelation")
-        for label, values in ((label, of_axes[:, index]) for label, of_axes in series.residuals.items()):
-            frequency, power = welch(values, 1.0 / series.residual_step, nperseg=min(1024, len(values)))
-            spectrum.line(frequency[1:], power[1:], label, label)
-            centred = values - values.mean()
-            values_by_lag = correlate(centred, centred)[len(values) :][:LAGS] / max(float(centred @ centred), 1e-300)
-            autocorrelation.line(np.arange(1, LAGS + 1) * series.residual_step, values_by_lag, label, label)
-        bound = np.full(2, 1.96 / np.sqrt(len(values)))
-        autocorrelation.band(np.array([0.0, LAGS * series.residual_step]), -bound, bound, "95 % of white noise")
-        p_value = diagnosis.axes[axis].whiteness_p["after"]
-        result = words.p_text(p_value) if p_value is not None and p_value >= 0.0 else "no sample counts"
-        white = f"Ljung-Box test of white innovations, all held-out logs: {result}."
-        subject = f"of the innovations of the {axis} on {series.log.name}, before and after"
-        figures = [
-            figure([spectrum], "frequency [Hz]", f"Power spectral density {subject}", log_x=True),
-            figure([autocorrelation], "lag [s]", f"Autocorrelation {subject}"),
-        ]
-        yield f"{axis.capitalize()}, {series.log.name}", white, figures
+def _residual_figure(series: HeldOutSeries, axis: str) -> str:
+    """Draw the autocorrelation of an axis's innovations on a held-out log."""
+    panel = Axes("autocorrelation")
+    for label, of_axes in series.residuals.items():
+        values = of_axes[:, AXES.index(axis)]
+        centred = values - values.mean()
+        values_by_lag = correlate(centred, centred)[len(values) :][:LAGS] / max(float(centred @ centred), 1e-300)
+        panel.line(np.arange(1, LAGS + 1) * series.residual_step, values_by_lag, label, label)
+    bound = np.full(2, 1.96 / np.sqrt(len(values)))
+    panel.band(np.array([0.0, LAGS * series.residual_step]), -bound, bound, "95 % of white noise")
+    subject = f"Autocorrelation of the innovations of the {axis} on {series.log.name}, before and after"
+    return figure([panel], "lag [s]", subject)

@@ -1,6 +1,5 @@
 """The forms in which functions take parameters: a parameters.json, which is checked, a parameter set, a diagnosis."""
 
-from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
 
@@ -8,7 +7,6 @@ from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.results.diagnosis import Diagnosis
 from heli_identifier.results.documents import damage_error, read_document
 from heli_identifier.results.parameters import ParameterSet, corrected_parameters
-from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
 
 ParameterSource = ParameterSet | Diagnosis | str | PathLike[str]
@@ -46,27 +44,14 @@ def read_parameters(path: str | PathLike[str]) -> ParameterSet:
         not take its value; file and entry are named.
     """
     parameters = read_document(path, ParameterSet)
-    if fault := next(_find_faults(parameters), None):
-        raise damage_error(path, fault)
+    if joint := parameters.covariance:
+        names, count = {*joint.names, *joint.not_determined}, len(joint.names)
+        if unknown := names - {*parameters.values}:
+            raise damage_error(path, f"covariance names {min(unknown)!r}, which is none of the values")
+        if joint.matrix.shape != (count, count):
+            raise damage_error(path, f"covariance.matrix must have {count} rows of {count} numbers")
     _check_unit(Path(path), parameters)
     return parameters
-
-
-def _find_faults(parameters: ParameterSet) -> Iterator[str]:
-    """Describe entries of the right type that belong to no parameter or do not fit the rest of the file."""
-    for axis in parameters.expected:
-        if axis not in AXES:
-            yield f"expected.{axis} is of no axis; there are {', '.join(AXES)}"
-    if joint := parameters.covariance:
-        for name in (*joint.names, *joint.not_determined):
-            if name not in parameters.values:
-                yield f"covariance.names has {name!r}, which is none of the values"
-        for name in joint.logarithms:
-            if name not in joint.names or parameters.values[name].value == 0.0:
-                yield f"covariance.logarithms has {name!r}, which is none of the names or zero"
-        count = len(joint.names)
-        if joint.matrix.shape != (count, count):
-            yield f"covariance.matrix must have {count} rows of {count} numbers"
 
 
 def _check_unit(file: Path, given: ParameterSet) -> None:

@@ -4,30 +4,25 @@ A colour is a CSS variable with the name of its role (``--after``), so one figur
 print. A figure in a separate file has the colours of the light theme.
 """
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from math import ceil, floor, log10
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from heli_identifier.records import Log
-from heli_identifier.results.words import label_with_unit, power_text
+from heli_identifier.results.words import label_with_unit
 from heli_identifier.tracing.rig import Array
 from heli_plant.effects import AXES
 
-COLOURS = {
-    "ink": "#1b1f24",
-    "muted": "#68707a",
-    "grid": "#dfe3e8",
-    "measured": "#7d8590",
-    "before": "#c4560a",
-    "after": "#0a63c2",
-    "band": "#9cc3f0",
-    "third": "#2d7d46",
-}
+_LIGHT_THEME = (Path(__file__).parent / "templates" / "report.css").read_text(encoding="utf-8").partition("}")[0]
+
+COLOURS: dict[str, str] = dict(re.findall(r"--(\w+): (#\w+)", _LIGHT_THEME))
 """Colour of each role in the light theme; orange and blue differ for every kind of colour vision."""
 
 POINTS = 1000
@@ -47,32 +42,26 @@ class Axes:
     y_label: str
     height: float = 170.0
     limits: tuple[float, float] | None = None
-    logarithmic: bool = False
     names: Sequence[str] = ()
-    marks: list[tuple[str, Array, Array, str, float]] = field(default_factory=list)
+    marks: list[tuple[str, Array, Array, str, float, str]] = field(default_factory=list)
     spans: list[tuple[float, float]] = field(default_factory=list)
-    labels: list[tuple[str, str]] = field(default_factory=list)
 
     def line(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", width: float = 1.3) -> None:
         """Draw a line through (x, y), thinned to what a page shows."""
-        self._add("line", *thin_line(np.asarray(x, float), np.asarray(y, float)), role, label, width)
+        self.marks.append(("line", *thin_line(np.asarray(x, float), np.asarray(y, float)), role, width, label))
 
     def points(self, x: ArrayLike, y: ArrayLike, role: str, label: str = "", kind: str = "points") -> None:
         """Draw a dot at every (x, y), a circle if ``kind`` is "open", a diamond if it is "diamond"."""
-        self._add(kind, np.asarray(x, float), np.asarray(y, float), role, label, 3.0)
+        self.marks.append((kind, np.asarray(x, float), np.asarray(y, float), role, 3.0, label))
 
     def band(self, x: ArrayLike, low: ArrayLike, high: ArrayLike, label: str = "", role: str = "band") -> None:
         """Fill the area between two curves over x."""
         (x, low), (_, high) = (thin_line(np.asarray(x, float), np.asarray(curve, float)) for curve in (low, high))
-        self._add("band", np.append(x, x[::-1]), np.append(low, high[::-1]), role, label, 0.0)
+        self.marks.append(("band", np.append(x, x[::-1]), np.append(low, high[::-1]), role, 0.0, label))
 
     def level(self, y: float, role: str, label: str = "") -> None:
         """Draw a dashed line at a value of y, from edge to edge."""
-        self._add("level", np.full(1, np.nan), np.array([y]), role, label, 1.0)
-
-    def _add(self, kind: str, x: Array, y: Array, role: str, label: str, width: float) -> None:
-        self.marks.append((kind, x, y, role, width))
-        self.labels += [(label, role)] if label else []
+        self.marks.append(("level", np.full(1, np.nan), np.array([y]), role, 1.0, label))
 
 
 def figure(
@@ -80,13 +69,18 @@ def figure(
     x_label: str,
     description: str,
     width: float = 520.0,
-    log_x: bool = False,
     x_limits: tuple[float, float] | None = None,
+    log_x: bool = False,
 ) -> str:
-    """Return axes from top to bottom, over one x, as an ``<svg>`` element with a ``description`` for screen readers."""
-    x_ends = x_limits or _range(np.concatenate([x for panel in panels for _, x, *_ in panel.marks]), log_x)
+    """Return axes from top to bottom, over one x, as an ``<svg>`` element with a ``description`` for screen readers.
+
+    A logarithmic x needs limits.
+    """
+    x_ends = x_limits or _range(np.concatenate([x for panel in panels for _, x, *_ in panel.marks]))
     margin = max(LEFT, *(LETTER * len(name) + 16.0 for panel in panels for name in panel.names), 0.0)
-    legend, top = _legend([entry for panel in panels for entry in panel.labels], margin, width)
+    legend, top = _legend(
+        [(label, role) for panel in panels for *_, role, _, label in panel.marks if label], margin, width
+    )
     height, inner = top + sum(panel.height + GAP for panel in panels) - GAP + BOTTOM, width - margin - RIGHT
     parts = [
         f'<svg class="figure" role="img" viewBox="0 0 {width:g} {height:g}" aria-label="{escape(description)}">{legend}'
@@ -115,13 +109,13 @@ def _panel(
     panel: Axes, top: float, left: float, inner: float, x_ends: tuple[float, float], log_x: bool, last: bool
 ) -> str:
     """Draw one pair of axes: the grid, with the numbers of x if it is the ``last`` one, and the marks in a frame."""
-    ends = panel.limits or _range(np.concatenate([y for _, _, y, *_ in panel.marks]), panel.logarithmic)
+    ends = panel.limits or _range(np.concatenate([y for _, _, y, *_ in panel.marks]))
     rows = [(float(row), name) for row, name in enumerate(panel.names)]
     if rows:
         ends = (len(rows) - 0.4, -0.6)
-    x_at, y_at = _scale(x_ends, 0.0, inner, log_x), _scale(ends, panel.height, 0.0, panel.logarithmic)
+    x_at, y_at = _scale(x_ends, 0.0, inner, log_x), _scale(ends, panel.height, 0.0)
     parts = []
-    for value, text in rows or ticks(*ends, max(2, round(panel.height / 45.0)), panel.logarithmic):
+    for value, text in rows or ticks(*ends, max(2, round(panel.height / 45.0))):
         at = top + y_at(value)
         parts.append("" if rows else f'<path class="rule" d="M{left:g},{at:.1f}h{inner:g}"/>')
         parts.append(_text(left - 6.0, at + 4.0, text, "end"))
@@ -132,7 +126,7 @@ def _panel(
     parts.append(f'<svg x="{left:g}" y="{top:g}" width="{inner:g}" height="{panel.height:g}">')
     for start, end in (map(x_at, span) for span in panel.spans):
         parts.append(f'<rect class="span" x="{start:.1f}" y="0" width="{max(end - start, 1):.1f}" height="100%"/>')
-    for kind, x, y, role, size in panel.marks:
+    for kind, x, y, role, size, _ in panel.marks:
         px, py = (np.clip(places, -1e4, 1e4) for places in (x_at(x), y_at(y)))
         parts.append(_mark(kind, px, py, role, size, inner))
     middle = top + 0.5 * panel.height
@@ -140,15 +134,11 @@ def _panel(
     return "".join([*parts, "</svg>", _text(12.0, middle, panel.y_label, "middle", turned)])
 
 
-def _scale(ends: tuple[float, float], start: float, end: float, logarithmic: bool) -> Callable[[Any], Any]:
+def _scale(ends: tuple[float, float], start: float, end: float, logarithmic: bool = False) -> Callable[[Any], Any]:
     """Return the function that maps values between two ends to positions from ``start`` to ``end`` [px]."""
-    low, high = np.log10(ends) if logarithmic else ends
-
-    def place(values: Any) -> Any:
-        scaled = np.log10(np.maximum(values, 1e-300)) if logarithmic else values
-        return start + (scaled - low) / (high - low) * (end - start)
-
-    return place
+    scaled = np.log10 if logarithmic else np.asarray
+    low, high = scaled(ends)
+    return lambda values: start + (scaled(values) - low) / (high - low) * (end - start)
 
 
 def figure_file(svg: str) -> str:
@@ -191,12 +181,8 @@ def run_figure(result: Any, log: Log | None = None) -> str:
 def ticks(low: float, high: float, count: int, logarithmic: bool = False) -> list[tuple[float, str]]:
     """Return about ``count`` round values between two ends, each with its text."""
     if logarithmic:
-        powers = range(floor(log10(low)), floor(log10(high) + 1e-9) + 1)
-        whole = [(10.0**n, power_text(n)) for n in powers if 10.0**n >= low * (1.0 - 1e-9)]
-        if len(whole) > 2:
-            return whole[:: max(1, len(whole) // count)]
-        finer = [(m * 10.0**n, power_text(n) if m == 1 else f"{m}·{power_text(n)}") for n in powers for m in (1, 2, 5)]
-        return [(value, text) for value, text in finer if low <= value <= high]
+        decades = range(floor(log10(low)), ceil(log10(high)))
+        return [(x, f"{x:g}") for n in decades for m in (1, 2, 5) if low <= (x := m * 10.0**n) <= high]
     rough = (high - low) / count
     unit = 10.0 ** floor(log10(rough))
     step = min((unit * n for n in (1, 2, 5, 10)), key=lambda candidate: abs(log10(candidate / rough)))
@@ -223,11 +209,9 @@ def _mark(kind: str, x: Array, y: Array, role: str, size: float, inner: float) -
     return f'<path d="{path}" fill="none" stroke="{colour}" stroke-width="{size:g}"/>'
 
 
-def _range(values: Array, logarithmic: bool) -> tuple[float, float]:
-    finite = values[np.isfinite(values) & ((values > 0.0) | (not logarithmic))]
+def _range(values: Array) -> tuple[float, float]:
+    finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
-    if logarithmic:
-        return low, max(high, 1.01 * low)
     room = 0.04 * (high - low) or 0.5 * abs(high) or 1.0
     return low - room, high + room
 

@@ -2,15 +2,15 @@
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
-from html import escape
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from heli_identifier import results, tracing  # the templates of results are loaded when a page is made
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results import words
 from heli_identifier.results.diagnosis import Diagnosis
 from heli_identifier.results.documents import numbers_of, to_json_value
-from heli_identifier.tracing import CurveShape, ParameterReport, Verdict
+from heli_identifier.tracing import CurveShape, Determination, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
 
@@ -32,40 +32,24 @@ class Table(NamedTuple):
         return [all(_NUMBER_CELL.fullmatch(row[k]) for row in self.rows) for k in range(len(self.columns))]
 
     def text(self) -> str:
-        """Return heads and cells as lines of plain text, aligned at the left."""
+        """Return heads and cells as lines of plain text, aligned at the left, and the sentences below."""
         lines = [self.columns, *self.rows]
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
         padded = (map(str.ljust, line, widths) for line in lines)
-        return "\n".join("  ".join(cells).rstrip() for cells in padded)
+        return "\n".join([*("  ".join(cells).rstrip() for cells in padded), *map(words.typeset, self.remarks)])
 
     def __html__(self) -> str:
-        """Return a ``<table>`` element for pages.
-
-        Every cell names its column, so that a narrow screen can show a row as a list.
-        """
-        kinds = [' class="number"' if figure else "" for figure in self.figures]
-        heads = [escape(name) for name in self.columns]
-        head = "".join(f'<th scope="col"{kind}>{name}</th>' for name, kind in zip(heads, kinds, strict=True))
-        body = ""
-        for row in self.rows:
-            entries = zip(map(escape, row), heads, kinds, strict=True)
-            row_html = "".join(f'<td{kind} data-label="{name}">{cell}</td>' for cell, name, kind in entries)
-            body += f"<tr>{row_html}</tr>"
-        return f'<table class="stack"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>'
+        """Return a ``<table>`` element for pages."""
+        return results.render("table.html.j2", table=self)
 
 
 class Tabular(ABC):
-    """A value that is shown as a table with remarks below it."""
+    """A value that is shown as a table."""
 
     @property
     @abstractmethod
     def table(self) -> Table:
-        """Title, heads and cells."""
-
-    @property
-    def remarks(self) -> tuple[str, ...]:
-        """Sentences below the table."""
-        return ()
+        """Title, heads, cells and remarks."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -81,12 +65,11 @@ class Tabular(ABC):
 
     def summary(self) -> str:
         """Return the table as plain text."""
-        return "\n".join([self.table.title, self.table.text(), *map(words.typeset, (*self.remarks, *self.warnings))])
+        return "\n".join([self.table.title, self.table.text(), *map(words.typeset, self.warnings)])
 
     def _repr_html_(self) -> str:
         """Show the table in a notebook."""
-        remarks = "".join(f"<p>{escape(words.typeset(remark))}</p>" for remark in (*self.remarks, *self.warnings))
-        return f"<p>{escape(self.table.title)}</p>{self.table.__html__()}{remarks}"
+        return results.render("tabular.html.j2", table=self.table, warnings=self.warnings)
 
 
 GAIN_OF = dict(zip(AXES, GAINS, strict=True))
@@ -126,7 +109,12 @@ def gain_table(diagnosis: Diagnosis) -> Table:
         value, alone, rests = gain_cells(diagnosis.parameters.get(name), diagnosis.parameters_after[name])
         rows.append((axis, BY_FIELD[name].symbol, value, rests, alone, str(report.use)))
     columns = ("axis", "gain", "value", "it is", "references alone", f"use over {words.horizon(diagnosis)}")
-    return Table(f"Gains as slopes at {words.to_digits(diagnosis.settings['operating_point'])} V", columns, rows)
+    title = f"Gains as slopes at {words.to_digits(diagnosis.settings['operating_point'])} V"
+    remarks = (
+        words.flight_sentence(diagnosis.closed_loop, diagnosis.references.split(" and ")),
+        f"to fly next: {next((text for _, text in experiments_of(diagnosis)), 'nothing')}",
+    )
+    return Table(title, columns, rows, remarks)
 
 
 def parameter_table(diagnosis: Diagnosis) -> Table:
@@ -148,10 +136,9 @@ def effect_table(diagnosis: Diagnosis) -> Table:
     for effect in (*diagnosis.effects, *diagnosis.possible):
         gain = "–" if effect.left_out_gain is None else f"{effect.left_out_gain:+z.1f}".replace("-", "−")
         in_plant = f"table.{effect.axis}.*" if isinstance(effect.shape, CurveShape) else "yes"
-        rivals = words.join_words([words.effect_name(*other) for other in effect.alternatives], "or")
         coefficient = words.with_interval(effect.coefficient) if effect.coefficient else "–"
         cells = (words.effect_title(effect), effect.verdict, coefficient, words.to_digits(effect.score), gain)
-        rows.append((*cells, in_plant if effect.in_plant else "no", rivals))
+        rows.append((*cells, in_plant if effect.in_plant else "no", words.name_rivals(effect)))
     columns = ("effect", "it is", "coefficient", "score [nats]", "left-out logs gain [nats]", "in the plant", "or")
     title = "Effects that the model lacks" if diagnosis.effects else "Possible effects, no findings"
     remarks = ["or: explains these logs about as well; the report says what to measure to decide"]
@@ -211,8 +198,35 @@ def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterator
 
 
 def diagnosis_summary(diagnosis: Diagnosis) -> str:
-    """Return the verdict, the gains, the errors and the notes as plain text."""
-    effects = [effect_table(diagnosis).text()] if diagnosis.effects or diagnosis.possible else []
-    gains, errors = gain_table(diagnosis).text(), error_table(diagnosis).text()
-    parts = (words.verdict_line(diagnosis), *effects, gains, words.held_out_sentence(diagnosis), errors)
-    return "\n".join([*parts, *words.typeset_notes(diagnosis.notes)])
+    """Return the verdict, the tables and the notes as plain text."""
+    shown = [table.text() for table in diagnosis_tables(diagnosis)]
+    return "\n".join([words.verdict_line(diagnosis), *shown, *words.typeset_notes(diagnosis.notes)])
+
+
+def experiments_of(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
+    """Rank the experiments that a diagnosis asks for, as :func:`rank_experiments` does."""
+    return rank_experiments(diagnosis.parameters, (*diagnosis.effects, *diagnosis.possible), diagnosis.catalogue)
+
+
+def rank_experiments(
+    parameters: Mapping[str, ParameterReport],
+    effects: Sequence[tracing.FoundEffect],
+    catalogue: Sequence[tracing.CatalogueVerdict],
+) -> list[tuple[list[str], str]]:
+    """Return every experiment that would help, with what it would determine.
+
+    First come those for gains that are not determined, on which no controller can be designed, then those that would
+    determine most.
+    """
+    questions = (
+        *((report.experiment, words.name_parameter(name)) for name, report in parameters.items()),
+        *((effect.experiment, words.describe_effect(effect)) for effect in effects),
+        *((e.experiment, words.effect_name(e.name, e.axis)) for e in catalogue if e.verdict == Verdict.NOT_TESTABLE),
+    )
+    determines: dict[str, list[str]] = {}
+    for experiment, what in questions:
+        determines.setdefault(experiment, []).append(what)
+    determines.pop("", None)
+    gains = [parameters[name] for name in GAIN_OF.values() if name in parameters]
+    urgent = {report.experiment for report in gains if report.determination is Determination.NOT_DETERMINED}
+    return [(determines[e], e) for e in sorted(determines, key=lambda e: (e not in urgent, -len(determines[e])))]

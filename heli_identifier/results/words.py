@@ -46,11 +46,6 @@ def label_with_unit(text: str, unit: str) -> str:
     return f"{text} [{unit_text(unit) or '1'}]"
 
 
-def power_text(exponent: int) -> str:
-    """Return a power of ten as 10⁻³, for the ticks of a logarithmic axis."""
-    return "10" + str(exponent).translate(_SUPERSCRIPTS)
-
-
 def to_digits(value: float, digits: int = 3) -> str:
     """Return ``value`` with some significant digits, without an exponent if that is shorter."""
     if not isfinite(value):
@@ -153,6 +148,11 @@ def join_words(words: Sequence[str], last: str = "and") -> str:
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
+def flight_sentence(closed_loop: bool, references: Sequence[str]) -> str:
+    """Say whether a controller flew, and what moved the rig from outside."""
+    return f"{'A controller flew' if closed_loop else 'Open loop'}; references: {join_words(references) or 'none'}."
+
+
 def uses_text(uses: Mapping[str, Use | None]) -> str:
     """Say which axes may be used for what; empty if no use is known."""
     axes_by_use = {use: [axis for axis, use_of_axis in uses.items() if use_of_axis is use] for use in Use}
@@ -214,6 +214,11 @@ def _with_rival(effect: tracing.FoundEffect) -> str:
     if axis == effect.axis:
         return effect_name(f"{effect.name} or {name}", axis)
     return f"{describe_effect(effect)} or {effect_name(name, axis)}"
+
+
+def name_rivals(effect: tracing.FoundEffect) -> str:
+    """Name the other effects that explain the logs about as well as one does; empty if there are none."""
+    return join_words([effect_name(*other) for other in effect.alternatives], "or")
 
 
 def has_sign(effect: tracing.FoundEffect) -> bool:

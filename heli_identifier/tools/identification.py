@@ -50,23 +50,16 @@ class Identification(Tabular):
     files: ClassVar = ("parameters.json", "history.csv", "history.svg")
 
     @property
-    def remarks(self) -> tuple[str, ...]:
-        """Parameters that are not determined; logs that disagree."""
-        undetermined = [name for name, estimate in self.estimates.items() if not estimate.is_determined]
-        remark = (
-            "not determined by these logs, half the 95 % interval exceeds a tenth of the value: "
-            f"{', '.join(undetermined)}; `heli design --closed-loop` says what to add to a flight"
-        )
-        return (*([remark] if undetermined else []), *self.notes)
-
-    @property
     def warnings(self) -> tuple[str, ...]:
         """Parameters whose sign no rig has, with the mistake in the log."""
         return sign_notes(self.estimates)
 
     @property
     def table(self) -> Table:
-        """Every parameter, of all logs together and per log, ± 1.96 standard errors."""
+        """Every parameter, of all logs together and per log, ± 1.96 standard errors; the notes below.
+
+        The first note names the parameters that are not determined.
+        """
         rows = [
             (
                 name,
@@ -78,7 +71,13 @@ class Identification(Tabular):
             for name, value in self.estimates.items()
         ]
         columns = ("parameter", "meaning", "together", "unit", *(of_log.name for of_log in self.histories))
-        return Table("Parameters with half of their 95 % intervals", columns, rows)
+        undetermined = [name for name, estimate in self.estimates.items() if not estimate.is_determined]
+        remark = (
+            "not determined by these logs, half the 95 % interval exceeds a tenth of the value: "
+            f"{', '.join(undetermined)}; `heli design --closed-loop` says what to add to a flight"
+        )
+        remarks = (*([remark] if undetermined else []), *self.notes)
+        return Table("Parameters with half of their 95 % intervals", columns, rows, remarks)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the content of parameters.json."""
