@@ -1,13 +1,11 @@
-"""The parts of `heli follow` around the twin: displays of the flight, advice on the controller, and the end.
+"""The parts of `heli follow` around the twin: displays of the flight, and the end.
 
-At the end the recording is diagnosed, and the better plant is written. After a change the controller is judged in a
-thread of its own; gains are offered, never applied.
+At the end the recording is diagnosed, and the better plant is written.
 """
 
 import signal
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -19,15 +17,12 @@ import numpy as np
 import heli_identifier as hi
 from heli_identifier import online, records, results, tools, tracing
 from heli_identifier.cli import terminal
-from heli_identifier.cli.arguments import read_controller
 from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, note_written, warn
 from heli_identifier.errors import IdentifierError
 from heli_identifier.live.page import serve_page
 from heli_identifier.live.screen import show_screen
-from heli_identifier.live.session import ADVICE, EVENTS, GAINS, IN_USE, PREDICTIONS, RECORDED, Session, Show, View
-from heli_plant.control import PidSettings
-from heli_plant.parameters import PlantParameters
+from heli_identifier.live.session import EVENTS, IN_USE, PREDICTIONS, RECORDED, Session, Show, View
 
 LONGEST = 600.0
 """Longest part of a recording, at its end, that is diagnosed [s]; more takes long and adds little."""
@@ -71,35 +66,6 @@ def catch_interrupt() -> Iterator[Callable[[], bool]]:
         signal.signal(signal.SIGINT, old_handler)
 
 
-class Adviser:
-    """Judges the controller of a heli.toml, or of a file that replaces it, in a thread; writes the result."""
-
-    def __init__(self, folder: Path, controller: Path | None, aim: records.ControllerConfiguration) -> None:
-        self.folder = folder
-        self.aim = replace(aim, pid=read_controller(aim.pid or PidSettings(), controller)) if controller else aim
-        self.thread = ThreadPoolExecutor(1)
-        self.job: Future[tuple[dict[str, Any], hi.ParameterSet | None]] | None = None
-        self.sentence = ""
-
-    def ask(self, plant: PlantParameters, errors: Mapping[str, float], elevation: float) -> None:
-        """Start to judge the controller around a plant; an earlier job that has not begun is cancelled."""
-        if self.job is not None:
-            self.job.cancel()
-        self.job = self.thread.submit(tools.control_advice, plant, dict(errors), elevation, self.aim)
-
-    def look(self, wait: bool = False) -> str:
-        """Return the latest sentence about the controller, and write a new result; ``wait`` for a running job."""
-        if self.job is not None and (wait or self.job.done()):
-            job, self.job = self.job, None
-            try:
-                document, gains = job.result()
-                self.sentence = document["sentence"]
-                results.write_files(self.folder, {ADVICE: document, **({GAINS: gains} if gains else {})})
-            except Exception as error:  # no advice may end a flight
-                self.sentence = f"The controller cannot be judged around the changed plant: {error}"
-        return self.sentence
-
-
 def conclude_flight(session: Session, folder: Path, configuration: hi.RigConfiguration) -> None:
     """Diagnose the recording; write parameters and unit of the twin, or of the diagnosed plant if that is better."""
     twin, path, better = session.in_use(), folder / RECORDED, None
@@ -117,7 +83,7 @@ def conclude_flight(session: Session, folder: Path, configuration: hi.RigConfigu
             warn(f"the recording cannot be diagnosed: {error}")
     if better is not None:
         _deliver(better, folder)
-    names = [EVENTS, RECORDED, PREDICTIONS, IN_USE, ADVICE, GAINS, "parameters.json", f"{twin.unit}.fmu"]
+    names = [EVENTS, RECORDED, PREDICTIONS, IN_USE, "parameters.json", f"{twin.unit}.fmu"]
     names += [f"{DIAGNOSIS}/{name}" for name in results.RESULTS]
     written = [name for name in names if (folder / name).is_file()]
     note_written(folder, written, ", as the twin flew last" if better is None else "")

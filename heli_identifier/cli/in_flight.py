@@ -26,7 +26,6 @@ def follow(
     serve: str | None = option(None, "Show the twin in a browser as well, at this address.", "HOST:PORT"),
     sender: str = option("", "Address of the rig; by default, the first that sends a sample.", "HOST"),
     rate: float | None = option(None, "The rig's sampling rate; by default, found from its time stamps.", "HZ"),
-    controller: Path | None = args.CONTROLLER,
     start: float | None = args.FROM,
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,
@@ -37,14 +36,12 @@ def follow(
 
     Writes events.json, recorded.csv, predictions.csv and following.json (the twin's parameters) while it flies; then
     parameters.json and HelicopterPlant.fmu of the twin as it flew last, and what `heli diagnose` writes of the
-    recording, in a folder of its own. The twin is replaced by that if it is better in every respect. After an
-    adoption the margins of the controller, that of heli.toml or --controller, are computed again: control_advice.json,
-    and controller.json with gains that are offered, not applied.
+    recording, in a folder of its own. The twin is replaced by that if it is better in every respect.
     """
-    from heli_identifier.cli.flight import Adviser, catch_interrupt, conclude_flight, open_shows
+    from heli_identifier.cli.flight import catch_interrupt, conclude_flight, open_shows
     from heli_identifier.live.listening import Listening
     from heli_identifier.live.screen import event_line
-    from heli_identifier.live.session import Session
+    from heli_identifier.live.session import IN_USE, Session
     from heli_identifier.live.sources import Player
 
     one_source = (log is None) != (listen is None)
@@ -53,9 +50,8 @@ def follow(
     refuse(listen is None and rig_options, "--sender and --rate belong to --listen.")
     is_part = start is not None or end is not None
     refuse(log is None and is_part, "--from and --to belong to a log.")
-    for file in (parameters, controller):
-        inside = file is not None and os.path.realpath(file.parent) == os.path.realpath(output)
-        refuse(inside, f"{file} lies in the folder of the flight, whose files would replace it; name another folder.")
+    inside = os.path.realpath(parameters.parent) == os.path.realpath(output)
+    refuse(inside, f"{parameters} lies in the folder of the flight, whose files would replace it; name another folder.")
     twin = args.read_parameters_and_warn(parameters)
     with ExitStack() as stack:
         source: Player | Listening
@@ -68,20 +64,19 @@ def follow(
             stack.callback(port.close)
             source = Listening(port, rate, configuration.format)
             note("listening on {}:{}".format(*port.address))
-        adviser = Adviser(output, controller, configuration.controller)
         title = f"heli follow: {log if log is not None else f'a rig that sends to {listen}'}, twin of {parameters}"
         show = open_shows(stack, title, serve)
-        session = Session(output, twin, adviser.ask)
+        session = Session(output, twin)
         stack.enter_context(undo_at_end(session.close))
-        stack.callback(adviser.thread.shutdown, wait=False, cancel_futures=True)
         stopped = stack.enter_context(catch_interrupt())
-        session.run(source, stopped, lambda view: show(view._replace(notice=adviser.look())))
-        interrupted, advice = stopped(), adviser.look(wait=True)
+        session.run(source, stopped, show)
+        interrupted = stopped()
     typer.echo(f"{session.last_time:.1f} s of flight, {session.recorded.rows} samples")
     for event in session.events:
         typer.echo(event_line(event))
-    if advice:
-        typer.echo(advice)
+    if any(event["what"] == "adopted" for event in session.events):
+        in_use = output / IN_USE
+        note(f"`heli design-controller {in_use} --kind pid --axis pitch` says which margins the controller has left")
     if interrupted:
         note("stopped by Ctrl-C; the recording is being diagnosed (Ctrl-C again leaves that out)")
     conclude_flight(session, output, configuration)

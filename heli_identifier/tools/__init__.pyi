@@ -3,7 +3,6 @@ from .campaign import campaign_tables as campaign_tables
 from .campaign import diagnose_source as diagnose_source
 from .campaign import run_campaign as run_campaign
 from .campaign import summarise_rows as summarise_rows
-from .controller import control_advice as control_advice
 from .controller import design_controller as design_controller
 from .design_files import controller_html as controller_html
 from .design_files import controller_m as controller_m
