@@ -133,8 +133,8 @@ def design_controller(
 ) -> None:
     """Design a controller whose margins hold over every plant that the data allow, as a unit, MATLAB code and C.
 
-    Writes design.json, design.html, controller.json (the robust design) and nominal.json for `heli build`,
-    controller.m, and of LQR and LQI controller.c with its header.
+    Writes design.json, design.svg, controller.json (the robust design) for `heli build`, controller.m, and of LQR and
+    LQI controller.c with its header.
     """
     from fmu_src.native import controller_sources
 
@@ -145,13 +145,11 @@ def design_controller(
         with progress_bar() as progress:
             result = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)
         document = result.document()
-        point = result.plants.model.point
         files = {
             "design.json": document,
-            "design.html": tools.controller_html(result),
-            "controller.m": tools.controller_m(result, given),
-            "controller.json": tools.controller_parameters(result.flown, point),
-            "nominal.json": tools.controller_parameters(result.baseline.settings, point),
+            "design.svg": tools.step_figure(result),
+            "controller.m": tools.controller_m(result),
+            "controller.json": tools.controller_parameters(result.flown, result.plants.model.point),
         }
         if isinstance(result.robust.settings, FeedbackSettings):
             files |= controller_sources(result.robust.settings)

@@ -4,9 +4,9 @@ from .campaign import diagnose_source as diagnose_source
 from .campaign import run_campaign as run_campaign
 from .campaign import summarise_rows as summarise_rows
 from .controller import design_controller as design_controller
-from .design_files import controller_html as controller_html
 from .design_files import controller_m as controller_m
 from .design_files import design_table as design_table
+from .design_files import step_figure as step_figure
 from .experiment import Limits as Limits
 from .experiment import experiment_table as experiment_table
 from .experiment import find_effects as find_effects

@@ -34,14 +34,12 @@ SMALLER_IS_BETTER = ("sensitivity", "settling")  # figures whose names end so ar
 class Figure:
     """One figure of a loop: the ``value`` of the estimated plant and the ``interval`` of 95 % of the drawn plants.
 
-    ``promised`` is the bound that :data:`CONFIDENCE` of the plants keep, ``worst`` the figure of the worst plant, the
-    estimated one included.
+    ``promised`` is the bound that :data:`CONFIDENCE` of the plants keep.
     """
 
     value: float
     interval: tuple[float, float]
     promised: float
-    worst: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +54,6 @@ class Judged:
     """Whether the loop with the estimated plant is stable."""
     stable_share: float
     """Share of the drawn plants with a stable loop."""
-    disks: Array
-    """Disk margins of the drawn plants, shape (M,)."""
     steps: tuple[StepResponse, ...]
     """Steps of the whole plant, one per axis."""
     band: dict[str, Array]
@@ -91,7 +87,6 @@ def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) ->
         figures=_figures(columns),
         is_stable=bool(stable[0]),
         stable_share=float(np.mean(stable[1:])),
-        disks=columns["disk"][1:],
         steps=tuple(step_response(model, settings, axis, duration=SHOWN[axis]) for axis in axes),
         band=band,
     )
@@ -103,9 +98,9 @@ def _figures(columns: Mapping[str, Array]) -> dict[str, Figure]:
     sign = np.array([-1.0 if name.endswith(SMALLER_IS_BETTER) else 1.0 for name in columns])
     # quantiles without interpolation, because figures may be infinite
     low, high = np.quantile(rows[1:], (0.025, 0.975), axis=0, method="nearest")
-    promised, worst = sign * joint_bounds(sign * rows[1:]), sign * (sign * rows).min(axis=0)
-    each = zip(columns, *np.array([rows[0], low, high, promised, worst]).tolist(), strict=True)
-    return {name: Figure(value, (low, high), bound, worst) for name, value, low, high, bound, worst in each}
+    promised = sign * joint_bounds(sign * rows[1:])
+    each = zip(columns, *np.array([rows[0], low, high, promised]).tolist(), strict=True)
+    return {name: Figure(value, (low, high), bound) for name, value, low, high, bound in each}
 
 
 def joint_bounds(figures: Array) -> Array:
