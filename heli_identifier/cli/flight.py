@@ -1,6 +1,6 @@
 """The parts of `heli follow` around the twin: displays of the flight, and the end.
 
-At the end the recording is diagnosed, and the better plant is written.
+At the end the twin is written as it flew last, and the recording is diagnosed.
 """
 
 import signal
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 import heli_identifier as hi
-from heli_identifier import online, records, results, tools, tracing
+from heli_identifier import records, results, tools
 from heli_identifier.cli import terminal
 from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, note_written, warn
@@ -67,72 +67,28 @@ def catch_interrupt() -> Iterator[Callable[[], bool]]:
 
 
 def conclude_flight(session: Session, folder: Path, configuration: hi.RigConfiguration) -> None:
-    """Diagnose the recording; write parameters and unit of the twin, or of the diagnosed plant if that is better."""
-    twin, path, better = session.in_use(), folder / RECORDED, None
+    """Write parameters and unit of the twin, and diagnose the recording."""
+    twin, path = session.in_use(), folder / RECORDED
     twin.write(folder / IN_USE)
-    _deliver(twin, folder)
+    hi.build(twin.unit, folder, twin)
     times = np.loadtxt(path, delimiter=",", skiprows=1, usecols=0, ndmin=1) if session.recorded.rows else np.zeros(0)
     start, end, why = choose_part(times, session.events)
     if end - start < tools.SHORTEST_TO_SPLIT:
         note(f"{end - start:.3g} s without a gap are too short for a diagnosis")
     else:
         note(f"diagnosed: {start:.4g} s to {end:.4g} s of {path}{why}")
+        # The recording has the standard columns, signs and units; of the rig's format only the limits still apply.
+        of_rig = configuration.format
+        limits = hi.LogFormat(voltage_limit=of_rig.voltage_limit, encoder_counts=of_rig.encoder_counts)
+        of_recording = replace(configuration, format=limits)
         try:
-            better = _diagnosed_plant(path, folder / DIAGNOSIS, start, end, configuration, twin)
+            diagnosis, *_ = diagnose_paths((path,), (), of_recording, folder / DIAGNOSIS, start, end)
+            terminal.print_diagnosis(diagnosis)
         except IdentifierError as error:
             warn(f"the recording cannot be diagnosed: {error}")
-    if better is not None:
-        _deliver(better, folder)
-    names = [EVENTS, RECORDED, PREDICTIONS, IN_USE, "parameters.json", f"{twin.unit}.fmu"]
+    names = [EVENTS, RECORDED, PREDICTIONS, IN_USE, f"{twin.unit}.fmu"]
     names += [f"{DIAGNOSIS}/{name}" for name in results.RESULTS]
-    written = [name for name in names if (folder / name).is_file()]
-    note_written(folder, written, ", as the twin flew last" if better is None else "")
-
-
-def _deliver(plant: hi.ParameterSet, folder: Path) -> None:
-    """Write the parameters and the unit of a plant."""
-    with results.write_whole_folder(folder) as draft:
-        plant.write(draft / "parameters.json")
-        hi.build(plant.unit, draft, plant)
-
-
-def _diagnosed_plant(
-    path: Path, output: Path, start: float, end: float, configuration: hi.RigConfiguration, twin: hi.ParameterSet
-) -> hi.ParameterSet | None:
-    """Diagnose a part of the recording, print the result, and give its plant if it is better than the twin."""
-    # The recording has the standard columns, signs and units; of the rig's format only the limits still apply.
-    of_rig = configuration.format
-    limits = hi.LogFormat(voltage_limit=of_rig.voltage_limit, encoder_counts=of_rig.encoder_counts)
-    diagnosis, _, held_out = diagnose_paths((path,), (), replace(configuration, format=limits), output, start, end)
-    terminal.print_diagnosis(diagnosis)
-    better = results.corrected_parameters(diagnosis)
-    gain = results.log_likelihood(diagnosis.plant_after, held_out) - results.log_likelihood(twin.plant(), held_out)
-    seconds = sum(log.duration for log in held_out)
-    comparison = f"makes the last {seconds:.3g} s of the recording likelier by {abs(gain):.3g} nats than the"
-    if gain <= 0.0:
-        note(f"the twin {comparison} diagnosis of the recording, and stays")
-        return None
-    if drawbacks := [*_drawbacks(diagnosis, better, twin, held_out)]:
-        warn(f"the diagnosis of the recording {comparison} twin, which stays nevertheless: {'; '.join(drawbacks)}")
-        return None
-    note(f"the diagnosis of the recording {comparison} twin, and replaces it")
-    for text in better.doubts:
-        warn(text)
-    return better
-
-
-def _drawbacks(
-    diagnosis: hi.Diagnosis, better: hi.ParameterSet, twin: hi.ParameterSet, logs: Sequence[hi.Log]
-) -> Iterator[str]:
-    """Name gains that the diagnosis does not determine, and axes on which it predicts worse than the twin."""
-    for name, report in diagnosis.parameters.items():
-        if name in online.GAINS and report.determination is tracing.Determination.NOT_DETERMINED:
-            yield f"it does not determine {name} ({report.why})"
-    both = (results.errors_ahead(parameters.plant(), logs, better.judged) for parameters in (twin, better))
-    for (_, axis, old), (_, _, new) in zip(*both, strict=True):
-        if new.value > old.high:
-            ahead, error, twin_error = results.AHEAD[better.judged], results.angle_text(new), results.angle_text(old)
-            yield f"its error {ahead} on the {axis} is {error} mrad, the twin's {twin_error} mrad"
+    note_written(folder, [name for name in names if (folder / name).is_file()])
 
 
 def choose_part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, str]:

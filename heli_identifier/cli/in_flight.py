@@ -1,6 +1,5 @@
 """``heli follow``, a twin that follows a rig in flight and corrects itself; ``heli stream``, which sends a log."""
 
-import os
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -8,7 +7,7 @@ import typer
 
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import argument, option
-from heli_identifier.cli.guard import INTERRUPTED
+from heli_identifier.cli.guard import INTERRUPTED, only_with
 from heli_identifier.cli.terminal import note, progress_bar, warn
 from heli_identifier.errors import refuse
 from heli_identifier.live import Port, read_address
@@ -18,6 +17,7 @@ AT_START = "parameters.json of the twin at the start."
 UNUSED = "Folder of the flight; without an earlier one in it."
 
 
+@only_with(sender="listen", rate="listen", start="not listen", end="not listen")
 def follow(
     log: Path | None = argument(None, "Log to play, in place of a rig.", "LOG"),
     listen: str | None = option(None, "Address of this computer to which the rig sends.", "HOST:PORT"),
@@ -35,8 +35,8 @@ def follow(
     The rig sends by UDP (--listen), or a log is played as fast as it goes. Ctrl-C ends the flight.
 
     Writes events.json, recorded.csv, predictions.csv and following.json (the twin's parameters) while it flies; then
-    parameters.json and HelicopterPlant.fmu of the twin as it flew last, and what `heli diagnose` writes of the
-    recording, in a folder of its own. The twin is replaced by that if it is better in every respect.
+    HelicopterPlant.fmu of the twin as it flew last, and what `heli diagnose` writes of the recording, in a folder of
+    its own.
     """
     from heli_identifier.cli.flight import catch_interrupt, conclude_flight, open_shows
     from heli_identifier.live.listening import Listening
@@ -46,12 +46,6 @@ def follow(
 
     one_source = (log is None) != (listen is None)
     refuse(not one_source, "name a log to play, or --listen HOST:PORT for a rig that sends; one of the two.")
-    rig_options = bool(sender or rate is not None)
-    refuse(listen is None and rig_options, "--sender and --rate belong to --listen.")
-    is_part = start is not None or end is not None
-    refuse(log is None and is_part, "--from and --to belong to a log.")
-    inside = os.path.realpath(parameters.parent) == os.path.realpath(output)
-    refuse(inside, f"{parameters} lies in the folder of the flight, whose files would replace it; name another folder.")
     twin = args.read_parameters_and_warn(parameters)
     with ExitStack() as stack:
         source: Player | Listening

@@ -21,10 +21,9 @@ from .fleet_page import fleet_tables as fleet_tables
 from .flight import flight_outlooks as flight_outlooks
 from .flight import flight_table as flight_table
 from .judging import Design as Design
-from .loop import CONTROLLER as CONTROLLER
 from .loop import check_closed_loop as check_closed_loop
 from .loop import controller_parameters as controller_parameters
-from .loop import controller_settings as controller_settings
+from .loop import read_controller as read_controller
 from .plants import FEW as FEW
 from .plants import allowed_plants as allowed_plants
 from .rigs import SHORTEST_TO_SPLIT as SHORTEST_TO_SPLIT

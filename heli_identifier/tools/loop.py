@@ -50,6 +50,15 @@ def controller_settings(default: Controller, values: Mapping[str, float]) -> Con
     return with_fields(default, {v.field: TYPES[v.type](values[v.name]) for v in given if v.field})
 
 
+def read_controller(file: str | PathLike[str], voltage_limit: float) -> Settings:
+    """Read the controller of a controller.json; ConfigurationError if it holds none."""
+    saved = results.read_parameters(file)
+    wrong_unit = f"{file} holds parameters of the {saved.unit}; give those of a {CONTROLLER} or {FEEDBACK}."
+    refuse(saved.unit not in KINDS, wrong_unit)
+    default: Any = KINDS[saved.unit](voltage_limit=voltage_limit)
+    return controller_settings(default, saved.start_values)
+
+
 def controller_parameters(settings: Settings, point: OperatingPoint) -> ParameterSet:
     """Return the parameters with which a controller's unit holds an operating point.
 
@@ -178,24 +187,14 @@ def step_response(
 
 
 def check_closed_loop(
-    logs: LogSource | Sequence[LogSource],
-    parameters: PlantSource,
-    controller: str | PathLike[str] | Settings,
-    limit: float = inf,
+    logs: LogSource | Sequence[LogSource], parameters: PlantSource, settings: Settings, limit: float = inf
 ) -> Check:
-    """Simulate logs from their references, under the controller that flew: its controller.json, or its settings.
+    """Simulate logs from their references, under the controller that flew.
 
-    Errors of the followed axes up to ``limit`` [rad] pass. ConfigurationError if the file holds no controller, a log
-    has no reference of an axis that the controller follows, or the sampling of a log does not fit a state feedback.
+    Errors of the followed axes up to ``limit`` [rad] pass. ConfigurationError if a log has no reference of an axis that
+    the controller follows, or the sampling of a log does not fit a state feedback.
     """
     plant = results.to_plant(parameters)
-    settings: Any = controller
-    if isinstance(controller, str | PathLike):
-        saved = results.read_parameters(controller)
-        wrong_unit = f"{controller} holds parameters of the {saved.unit}; give those of a {CONTROLLER} or {FEEDBACK}."
-        refuse(saved.unit not in KINDS, wrong_unit)
-        default: Any = KINDS[saved.unit](voltage_limit=plant.v_max)
-        settings = controller_settings(default, saved.start_values)
     followed = ("elevation", "travel" if settings.travel_enabled else "pitch")
     outcomes, voltages = list[Outcome](), {}
     for log in read_logs(logs):
