@@ -38,7 +38,6 @@ RELATIVE = Decimal("0.02")
 VARYING = {
     r"\d kB$": "size of an archive, which follows every change of its sources",
     r" \d{4}-\d\d-\d\d ": "date and size in an archive's list of contents",
-    r"^one diagnosis on one core": "times",
 }
 """Lines whose figures are not compared, and why."""
 

@@ -32,13 +32,12 @@ SMALLER_IS_BETTER = ("sensitivity", "settling")  # figures whose names end so ar
 
 @dataclass(frozen=True)
 class Figure:
-    """One figure of a loop: the ``value`` of the estimated plant and the ``interval`` of 95 % of the drawn plants.
+    """One figure of a loop: the ``value`` of the estimated plant, and the bound that is ``promised``.
 
-    ``promised`` is the bound that :data:`CONFIDENCE` of the plants keep.
+    :data:`CONFIDENCE` of the plants keep all promised bounds at once.
     """
 
     value: float
-    interval: tuple[float, float]
     promised: float
 
 
@@ -96,11 +95,8 @@ def _figures(columns: Mapping[str, Array]) -> dict[str, Figure]:
     """Return figures from columns (M + 1,), in which the estimated plant comes first."""
     rows = np.column_stack(list(columns.values()))
     sign = np.array([-1.0 if name.endswith(SMALLER_IS_BETTER) else 1.0 for name in columns])
-    # quantiles without interpolation, because figures may be infinite
-    low, high = np.quantile(rows[1:], (0.025, 0.975), axis=0, method="nearest")
-    promised = sign * joint_bounds(sign * rows[1:])
-    each = zip(columns, *np.array([rows[0], low, high, promised]).tolist(), strict=True)
-    return {name: Figure(value, (low, high), bound) for name, value, low, high, bound in each}
+    each = zip(columns, rows[0].tolist(), (sign * joint_bounds(sign * rows[1:])).tolist(), strict=True)
+    return {name: Figure(value, promised) for name, value, promised in each}
 
 
 def joint_bounds(figures: Array) -> Array:
