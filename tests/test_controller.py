@@ -14,12 +14,12 @@ from heli_identifier.records import ControllerConfiguration, Log, write_log
 from heli_identifier.tools import check_closed_loop, design_controller, margins
 from heli_identifier.tools.judging import joint_bounds
 from heli_identifier.tools.linearisation import linear_model, operating_point
-from heli_identifier.tools.loop import controller_parameters, controller_settings, fly, start_at_rest, start_controller
+from heli_identifier.tools.loop import controller_parameters, fly, read_controller, start_at_rest, start_controller
 from heli_identifier.tools.synthesis import design_feedback
 from heli_plant.control import AxisGains, PidSettings
 from heli_plant.geometry import RATIO_ERROR, Geometry
 from heli_plant.parameters import TABLE_2
-from heli_plant.state_feedback import FeedbackSettings, Rotors, feedback_step, start_feedback
+from heli_plant.state_feedback import Rotors, feedback_step, start_feedback
 from tests.commands import heli_json
 from tests.diagnosis_example import parameter_set
 from tests.units import LIBRARY, c_compiler, compile_c
@@ -120,11 +120,11 @@ def test_what_is_promised_is_kept_by_95_percent_of_the_plants_at_once():
     assert np.all(np.mean(figures < kept, axis=0) < 0.05)
 
 
-def test_the_parameters_of_the_unit_are_the_controller():
+def test_the_parameters_of_the_unit_are_the_controller(tmp_path):
     settings, point = designed(TABLE_2, "travel")
     pid = PidSettings(travel=AxisGains(0.3, 0.1, 1.1), travel_enabled=True, trim=-0.7, voltage_limit=4.0)
-    for own, default in ((settings, FeedbackSettings()), (pid, PidSettings())):
-        assert controller_settings(default, controller_parameters(own, point).start_values) == own
+    for own in (settings, pid):
+        assert read_controller(controller_parameters(own, point).write(tmp_path / "controller.json"), 5.0) == own
 
 
 def test_masses_and_lengths_give_the_ratios_of_the_gains():

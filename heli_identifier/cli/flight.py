@@ -30,9 +30,6 @@ LONGEST = 600.0
 DIAGNOSIS = "diagnosis"
 """Folder of the recording's diagnosis."""
 
-LEAST_AFTER_CHANGE = 30.0
-"""Flight after the last change [s] that is enough for a diagnosis; the rig before the change was another one."""
-
 
 def open_shows(stack: ExitStack, title: str, address: str | None) -> Show:
     """Open the screen on a terminal and, at an ``address``, the page; give a function that shows a view on them."""
@@ -72,11 +69,11 @@ def conclude_flight(session: Session, folder: Path, configuration: hi.RigConfigu
     twin.write(folder / IN_USE)
     hi.build(twin.unit, folder, twin)
     times = np.loadtxt(path, delimiter=",", skiprows=1, usecols=0, ndmin=1) if session.recorded.rows else np.zeros(0)
-    start, end, why = choose_part(times, session.events)
+    start, end = choose_part(times, session.events)
     if end - start < tools.SHORTEST_TO_SPLIT:
-        note(f"{end - start:.3g} s without a gap are too short for a diagnosis")
+        note(f"{end - start:.3g} s without a change or a gap are too short for a diagnosis")
     else:
-        note(f"diagnosed: {start:.4g} s to {end:.4g} s of {path}{why}")
+        note(f"diagnosed: {start:.4g} s to {end:.4g} s of {path}")
         # The recording has the standard columns, signs and units; of the rig's format only the limits still apply.
         of_rig = configuration.format
         limits = hi.LogFormat(voltage_limit=of_rig.voltage_limit, encoder_counts=of_rig.encoder_counts)
@@ -91,21 +88,14 @@ def conclude_flight(session: Session, folder: Path, configuration: hi.RigConfigu
     note_written(folder, [name for name in names if (folder / name).is_file()])
 
 
-def choose_part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float, str]:
-    """Return start and end [s] of the part that is diagnosed, and the reason in words.
-
-    It is the longest part without a gap, after the last noticed change if enough flight follows it.
-    """
+def choose_part(times: Any, events: Sequence[dict[str, Any]]) -> tuple[float, float]:
+    """Return start and end [s] of the part that is diagnosed: the longest without a gap after the last change."""
     if len(times) < 2:
-        return 0.0, 0.0, ""
+        return 0.0, 0.0
     changes = [event["since_s"] for event in events if event["what"] in ("alarm", "adopted", "rolled back")]
-    first, why = times[0], ""
-    if changes and times[-1] - changes[-1] >= LEAST_AFTER_CHANGE:
-        first, why = changes[-1], f", after the last change at {changes[-1]:.4g} s"
-    elif changes:
-        why = f"; the rig may have changed within it, at {changes[-1]:.4g} s"
-    part = times[times >= max(first, times[-1] - LONGEST)]
+    first = min(max([*changes[-1:], times[-1] - LONGEST]), times[-1])
+    part = times[times >= first]
     cuts = np.flatnonzero(np.diff(part) > (records.GAP_STEPS + 0.5) * np.median(np.diff(times)))
     starts, ends = part[np.append(0, cuts + 1)], part[np.append(cuts, len(part) - 1)]
     longest = int((ends - starts).argmax())
-    return float(starts[longest]), float(ends[longest]), why
+    return float(starts[longest]), float(ends[longest])

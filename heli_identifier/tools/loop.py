@@ -6,10 +6,10 @@ by themselves, and the error is the root mean square of simulated less measured 
 smaller: the simulated voltages react to the simulated angles.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from math import inf
 from os import PathLike
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,7 +30,6 @@ from heli_plant.plant import advance, measured_angles, rigid_start
 from heli_plant.state import PlantState
 from heli_plant.state_feedback import FeedbackSettings, FeedbackState, Rotors, feedback_step, repeat_row, start_feedback
 
-Controller = TypeVar("Controller", PidSettings, FeedbackSettings)
 Settings = PidSettings | FeedbackSettings  # of a controller
 Memory = PidState | FeedbackState  # the state of a controller
 Array = NDArray[np.float64]
@@ -44,19 +43,18 @@ LEAD = 1.0  # time [s] before the step
 AHEAD = 3.0  # length [s] of the parts of a flight that are simulated
 
 
-def controller_settings(default: Controller, values: Mapping[str, float]) -> Controller:
-    """Return a controller from parameters of its unit; missing values are those of ``default``."""
-    given = [variable for variable in unit_class(_unit_of(default)).variables if variable.name in values]
-    return with_fields(default, {v.field: TYPES[v.type](values[v.name]) for v in given if v.field})
-
-
 def read_controller(file: str | PathLike[str], voltage_limit: float) -> Settings:
-    """Read the controller of a controller.json; ConfigurationError if it holds none."""
+    """Read the controller of a controller.json; ConfigurationError if it holds none.
+
+    The file may leave parameters out; of these ``voltage_limit`` is given [V], and the others have their defaults.
+    """
     saved = results.read_parameters(file)
     wrong_unit = f"{file} holds parameters of the {saved.unit}; give those of a {CONTROLLER} or {FEEDBACK}."
     refuse(saved.unit not in KINDS, wrong_unit)
     default: Any = KINDS[saved.unit](voltage_limit=voltage_limit)
-    return controller_settings(default, saved.start_values)
+    values, variables = saved.start_values, unit_class(saved.unit).variables
+    given = {v.field: TYPES[v.type](values[v.name]) for v in variables if v.field and v.name in values}
+    return with_fields(default, given)
 
 
 def controller_parameters(settings: Settings, point: OperatingPoint) -> ParameterSet:
@@ -64,7 +62,7 @@ def controller_parameters(settings: Settings, point: OperatingPoint) -> Paramete
 
     Zero parameters of a StateFeedback, of which it has many, are left out.
     """
-    unit = _unit_of(settings)
+    unit = next(unit for unit, kind in KINDS.items() if isinstance(settings, kind))
     values = {
         variable.name: Estimate(float(field_of(settings, variable.field)), None, variable.unit or "1")
         for variable in unit_class(unit).variables
@@ -75,10 +73,6 @@ def controller_parameters(settings: Settings, point: OperatingPoint) -> Paramete
     if unit == FEEDBACK:
         values = {name: estimate for name, estimate in values.items() if estimate.value}
     return ParameterSet(unit, values, provenance=provenance())
-
-
-def _unit_of(settings: Settings) -> str:
-    return next(unit for unit, kind in KINDS.items() if isinstance(settings, kind))
 
 
 def start_controller(settings: Settings, pitch: float, elevation: float, travel: float) -> Memory:
