@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from heli_identifier.results import Axes, Table, figure, figure_file, join_words, render, to_digits
 from heli_identifier.tools.judging import CONFIDENCE, Design
 from heli_identifier.tools.linearisation import linear_system
+from heli_identifier.tools.loop import STEP
 from heli_identifier.tools.margins import LOOPS
 from heli_plant.state_feedback import FeedbackSettings
 
@@ -49,13 +50,13 @@ def step_figure(design: Design) -> str:
     """Return the text of design.svg: steps of all controllers over the band of 95 % of the plants with the last one."""
     *_, (last, judged) = design.by_name.items()
     panels = []
-    for number, step in enumerate(judged.steps):
-        low, high = step.size * judged.band[step.axis]
-        panel = Axes(f"{step.axis} [rad]", limits=(-step.size, 2.5 * step.size))  # drawn plants may be unstable
-        panel.band(np.arange(len(low)) * design.plants.model.sampled.dt, low, high, f"95 % of the plants, {last}")
-        panel.level(step.size, "muted")
+    for axis, band in judged.band.items():
+        time, (low, high) = np.arange(band.shape[1]) * design.plants.model.sampled.dt, STEP * band
+        panel = Axes(f"{axis} [rad]", limits=(-STEP, 2.5 * STEP))  # drawn plants may be unstable
+        panel.band(time, low, high, f"95 % of the plants, {last}")
+        panel.level(STEP, "muted")
         for (name, controller), role in zip(design.by_name.items(), ("before", "after"), strict=False):
-            panel.line(controller.steps[number].time, controller.steps[number].angle, role, name)
+            panel.line(time, controller.steps[axis], role, name)
         panels.append(panel)
     names = " and ".join(design.by_name)
     return figure_file(figure(panels, "time since the step of the reference [s]", f"Steps, {names}", 1100.0))

@@ -15,7 +15,7 @@ from scipy.stats import rankdata
 from heli_identifier.provenance import provenance
 from heli_identifier.results import to_json_value
 from heli_identifier.tools import margins
-from heli_identifier.tools.loop import Settings, StepResponse, settling_time, step_response
+from heli_identifier.tools.loop import Settings, settling_time, step_response
 from heli_identifier.tools.margins import LOOPS, Array
 from heli_identifier.tools.plants import Plants
 from heli_plant.effects import AXES
@@ -53,8 +53,8 @@ class Judged:
     """Whether the loop with the estimated plant is stable."""
     stable_share: float
     """Share of the drawn plants with a stable loop."""
-    steps: tuple[StepResponse, ...]
-    """Steps of the whole plant, one per axis."""
+    steps: dict[str, Array]
+    """By axis the response of the whole plant to a step of :data:`.loop.STEP` (N,) [rad]."""
     band: dict[str, Array]
     """By axis the lowest and highest response to a unit step among 95 % of the drawn plants, shape (2, N)."""
 
@@ -86,7 +86,7 @@ def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) ->
         figures=_figures(columns),
         is_stable=bool(stable[0]),
         stable_share=float(np.mean(stable[1:])),
-        steps=tuple(step_response(model, settings, axis, duration=SHOWN[axis]) for axis in axes),
+        steps={axis: step_response(model, settings, axis, duration=SHOWN[axis]) for axis in axes},
         band=band,
     )
 

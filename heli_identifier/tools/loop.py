@@ -9,7 +9,7 @@ smaller: the simulated voltages react to the simulated angles.
 from collections.abc import Callable, Sequence
 from math import inf
 from os import PathLike
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,7 +39,7 @@ KINDS: dict[str, type[Settings]] = {CONTROLLER: PidSettings, FEEDBACK: FeedbackS
 """Settings of a controller by its unit."""
 
 SETTLED = 0.05  # share of the step within which a response counts as settled
-LEAD = 1.0  # time [s] before the step
+STEP = 0.1  # of a reference [rad]
 AHEAD = 3.0  # length [s] of the parts of a flight that are simulated
 
 
@@ -150,34 +150,21 @@ def settling_time(share: Array, period: float) -> float:
     return inf if last == len(share) - 1 else float((last + 1) * period)
 
 
-class StepResponse(NamedTuple):
-    """Response of an ``axis`` to a step of its reference by ``size`` [rad] at the ``time`` (N,) 0 [s].
-
-    ``angle`` (N,) is the deviation from the operating point [rad].
-    """
-
-    axis: str
-    time: Array
-    angle: Array
-    size: float
-
-
 def step_response(
-    model: LinearModel, settings: Settings, axis: str, size: float = 0.1, duration: float = 12.0
-) -> StepResponse:
-    """Simulate a reference step of ``size`` [rad] on one axis of the whole plant, for ``duration`` [s].
+    model: LinearModel, settings: Settings, axis: str, size: float = STEP, duration: float = 12.0
+) -> Array:
+    """Return how an axis of the whole plant leaves its operating point (N,) [rad] after a step of its reference.
 
-    The controller starts at the operating point of ``model`` and is called with its period. A mass that moved once
-    during a log does not move here.
+    The step of ``size`` [rad] comes at once, and lasts for ``duration`` [s]. The controller starts at the operating
+    point of ``model`` and is called with its period. A mass that moved once during a log does not move here.
     """
     plant, point, period, index = model.plant, model.point, model.sampled.dt, AXES.index(axis)
     plant = plant._replace(moving_mass_elevation=0.0)
-    lead, count = round(LEAD / period), round((LEAD + duration) / period)
     hold = np.array([point.pitch, point.elevation, 0.0])
-    references = np.where(np.arange(count)[:, None] < lead, hold, hold + size * np.eye(3)[index])
+    references = np.tile(hold + size * np.eye(3)[index], (round(duration / period), 1))
     state, held = rigid_start(point.state(plant), plant), (point.v_front, point.v_rear)
     angles, _ = fly(plant, settings, references, state, held, period, start_at_rest(settings, point))
-    return StepResponse(axis, np.arange(count) * period - LEAD, angles[:, index] - hold[index], size)
+    return np.asarray(angles[:, index] - hold[index])
 
 
 def check_closed_loop(
