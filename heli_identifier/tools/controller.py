@@ -32,9 +32,6 @@ DRAWS, SEARCHED = 1000, 200  # drawn plants with which a design is judged, and w
 ROBUST = 30  # drawn plants for which a PID is retuned
 WEIGHT_FACTOR, MOST_FACTORS = 1.5, 24  # factor by which the weight of the voltages is raised, and how often at most
 
-LEAST_LIFT = 0.3
-"""Sum of the thrust voltages [V] below which the travel cannot be controlled: a lean has no lateral force."""
-
 
 def _check_usable(parameters: ParameterSet, axes: Sequence[str]) -> None:
     """Refuse a plant with one of ``axes`` that the diagnosis does not call fit for control; say what to fly."""
@@ -74,11 +71,6 @@ def design_controller(
     _check_usable(parameters, (*LOOPS, *(("travel",) if with_travel else ())))
     plants = allowed_plants(parameters, None if with_travel else pitch, elevation, aim.period, draws, progress)
     model, notes = plants.model, [*plants.notes]
-    refuse(
-        with_travel and abs(model.point.lift) < LEAST_LIFT,
-        f"at elevation {elevation:g} rad the rotors hardly lift ({model.point.lift:.2g} V together), so a lean does "
-        "not move the travel; choose a higher --elevation.",
-    )
     progress("designing", 0.6)
     if kind == "pid":
         design = _retune_pid(plants, aim.pid, with_travel, axes, progress)
