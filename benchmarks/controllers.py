@@ -55,7 +55,7 @@ def check_promises(truth: PlantParameters, design: Design) -> dict[str, bool]:
 def predicted_steps(plant: PlantParameters, design: Design) -> np.ndarray:
     """Return the step responses of the whole plant [rad], one axis after the other."""
     model, settings = linear_model(plant, design), design.robust.settings
-    return np.concatenate([loop.step_response(model, settings, axis, 0.1, 8.0).angle for axis in design.axes])
+    return np.concatenate([loop.step_response(model, settings, axis, 0.1, 8.0) for axis in design.axes])
 
 
 def judge_designs(plants: int, colour: str, seed: int) -> list[Row]:

@@ -7,7 +7,6 @@ measured rigs, gains over the truth, and the share of effects that are shown aga
 structure gains by them.
 """
 
-import re
 import shutil
 import subprocess
 import sys
@@ -112,34 +111,18 @@ def detection(rows: pandas.DataFrame) -> str:
 
 
 def report() -> bytes:
-    """Return the first screen of rig-a's report as a PNG, with its text as metadata; LookupError without Chromium."""
-    from PIL import Image, PngImagePlugin
-
+    """Return the first screen of the report that `heli demo` writes of rig-a; LookupError without Chromium."""
     browser = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if browser is None:
         raise LookupError("Chromium is not installed")
     with TemporaryDirectory() as folder:
         page, picture = Path(folder, "report.html"), Path(folder, "report.png")
-        page.write_text(text := report_of_rig_a(), encoding="utf-8")
+        training, held_out = demo_files("rig-a")
+        page.write_text(report_page(diagnose(training, held_out=held_out), "rig-a"), encoding="utf-8")
         flags = ("--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", f"--user-data-dir={folder}/own")
         screenshot = (f"--screenshot={picture}", "--window-size=1160,940", page.as_uri())
         subprocess.run([browser, *flags, *screenshot], capture_output=True, check=True)
-        metadata = PngImagePlugin.PngInfo()
-        metadata.add_itxt("Description", first_words(text))
-        with Image.open(picture) as image:
-            image.save(picture, pnginfo=metadata, optimize=True)
         return picture.read_bytes()
-
-
-def report_of_rig_a() -> str:
-    """Return the page that `heli demo` writes for rig-a."""
-    training, held_out = demo_files("rig-a")
-    return report_page(diagnose(training, held_out=held_out), "rig-a")
-
-
-def first_words(page: str) -> str:
-    """Return the words of a report above its first figure."""
-    return " ".join(re.sub("<[^>]*>", " ", page[page.index("<h1") : page.index("<svg")]).split())
 
 
 def from_tables(draw: Callable[[pandas.DataFrame], str], *names: str) -> str:

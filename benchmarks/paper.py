@@ -30,8 +30,7 @@ from heli_plant.state import rest_state
 
 NAMES = ModelParameters._fields
 
-STEP = 0.01
-"""Control and communication period [s]."""
+STEP = 0.01  # control and communication period [s]
 
 KNOWN, FREE = "known", "estimated"
 """Whether the identifier knows theta0 or estimates it."""
@@ -43,14 +42,9 @@ OMEGAS = {
 }
 """Omega(0): zero, and about half and one and a half times the values of such a rig."""
 
-GAINS = (1e3, 1e4, 1e5, 1e6)
-"""Gamma(0) in units of I, from the paper's 1e3 up."""
-
-CERTAIN = 1e5
-"""Smallest Gamma(0) from which Omega(0) is forgotten."""
-
-SCATTER = 0.1
-"""Half width of the start states' scatter about rest [rad, rad/s]."""
+GAINS = (1e3, 1e4, 1e5, 1e6)  # Gamma(0) in units of I, from the paper's 1e3 up
+CERTAIN = 1e5  # smallest Gamma(0) from which Omega(0) is forgotten
+SCATTER = 0.1  # half width of the start states' scatter about rest [rad, rad/s]
 
 PITCH, JOINT = "pitch", "elevation and travel"
 KINDS = {JOINT: (0, 2.0, 400.0, NAMES[4:]), PITCH: (1, 0.5, 200.0, NAMES[:4])}

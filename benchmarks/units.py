@@ -5,7 +5,7 @@
 ``loop`` (pythonfmu units) and ``native`` (units in C): the contenders run in turn in each round, each in a process of
 its own. Times are those of the fastest round, because their bars are for idle cores; ratios are of medians.
 
-``memory``: of a host over 1000 instances of a unit, and 50 processes of the master. ``runs``: closed loops a minute.
+``memory``: of a host over 1000 instances of a unit. ``runs``: closed loops a minute.
 """
 
 import os
@@ -23,10 +23,8 @@ from statistics import median
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import numpy as np
-
 from benchmarks.harness import ROOT, Bar, bar_table, call_in_process, resident_memory, section, table
-from fmu_src import CLOSED_LOOP, SCENARIOS, UNITS, MasterError, Scenario, build, build_all
+from fmu_src import CLOSED_LOOP, SCENARIOS, UNITS, Scenario, build, build_all
 from fmu_src.master import run, run_apart
 from fmu_src.master.loop import instantiate_units
 from fmu_src.native import NATIVE_UNITS
@@ -162,7 +160,7 @@ def native() -> str:
     return measure_units("Native units", True, 2000.0, 100_000, 5)
 
 
-CYCLES, WARM_UP, PROCESSES, ROUNDS = 1000, 100, 50, 3
+CYCLES, WARM_UP, ROUNDS = 1000, 100, 3
 
 
 def commands() -> str:
@@ -201,22 +199,12 @@ def memory_growth(fmu: str, log: str) -> float:
 
 
 def memory() -> str:
-    """Measure the growth of a host's memory, and run whole processes of the master."""
-    log, aborts, results = str(demo_files("rig-a")[0][0]), 0, []
+    """Measure the growth of a host's memory."""
+    log = str(demo_files("rig-a")[0][0])
     with TemporaryDirectory() as folder:
         files = {unit: str(path) for unit, path in build_all(folder).items()}
         growths = {name: call_in_process(memory_growth, fmu, log) for name, fmu in files.items()}
-        for _ in range(PROCESSES):
-            try:
-                results.append(run_apart(CLOSED_LOOP, 2.0, fmus=fmus_of(CLOSED_LOOP, files)).values)
-            except MasterError:
-                aborts += 1
-    differing = sum(not np.array_equal(result, results[0]) for result in results)
-    bars = [
-        *(Bar(f"{name}, growth over {CYCLES} instances", value, 5.0, "MB") for name, value in growths.items()),
-        Bar(f"aborts in {PROCESSES} processes of the master", float(aborts), 0.0),
-        Bar("of these with other results than the first", float(differing), 0.0),
-    ]
+    bars = [Bar(f"{name}, growth over {CYCLES} instances", value, 5.0, "MB") for name, value in growths.items()]
     return section("Many runs", bar_table(bars), packages=("fmpy", "pythonfmu"))
 
 

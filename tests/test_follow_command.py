@@ -6,20 +6,16 @@ import socket
 import subprocess
 import sys
 from contextlib import ExitStack
-from dataclasses import replace
 from time import monotonic, sleep
 
 import numpy as np
 import pytest
 
-from heli_identifier.cli.flight import Adviser, _drawbacks, choose_part
-from heli_identifier.online import Estimate
-from heli_identifier.records import ControllerConfiguration, demo_files, read_log, write_log
-from heli_identifier.results.parameters import PLANT, ParameterSet, corrected_parameters, plant_values
-from heli_plant.control import PidSettings
-from heli_plant.parameters import TABLE_2
+from heli_identifier.cli.flight import choose_part
+from heli_identifier.records import demo_files, read_log, write_log
+from heli_identifier.results.parameters import PLANT
 from tests.commands import HELI, run_python
-from tests.diagnosis_example import AFTER, example_diagnosis, parameter_set, simulated_log
+from tests.diagnosis_example import parameter_set
 from tests.test_live import LONGEST, H, make_datagram
 
 
@@ -32,34 +28,17 @@ def flight(tmp_path_factory):
     return folder
 
 
-@pytest.mark.slow
-def test_the_controller_is_judged_beside_the_loop_and_its_gains_are_offered(tmp_path):
-    adviser = Adviser(tmp_path, None, ControllerConfiguration())
-    assert adviser.look() == ""
-    adviser.ask(TABLE_2._replace(k_z=2.0 * TABLE_2.k_z), {"elevation.gain": 0.01}, 0.1)
-    sentence = adviser.look(wait=True)
-    adviser.thread.shutdown()
-    advice = json.loads((tmp_path / "control_advice.json").read_text())
-    assert advice["sentence"] == sentence and set(advice["sensitivity"]) == {"pitch", "elevation"}
-    assert (tmp_path / "controller.json").exists() is bool(advice["gains"])
-
-
-def test_the_longest_stretch_after_the_last_change_is_diagnosed_and_a_controller_taken_from_its_file(tmp_path):
+def test_the_longest_stretch_after_the_last_change_is_diagnosed():
     times = np.array([k * H for k in range(10000) if not 7000 <= k < 7100])
     alarm = {"what": "alarm", "since_s": 30.0}
-    assert choose_part(times, [])[:2] == pytest.approx((0.0, 69.99))
-    assert choose_part(times, [alarm])[:2] == pytest.approx((30.0, 69.99))
-    late = choose_part(times, [alarm, {"what": "adopted", "since_s": 80.0}])
-    assert late[:2] == pytest.approx((0.0, 69.99)) and "may have changed" in late[2]
-    assert choose_part(times[:1], []) == (0.0, 0.0, "")
-    gains = ParameterSet("PidController", {"pitch.integral": Estimate(1.25, None, "V/(rad s)")})
-    aim = ControllerConfiguration(period=0.02, pid=PidSettings(voltage_limit=4.0))
-    found = Adviser(tmp_path, gains.write(tmp_path / "controller.json"), aim).aim
-    assert found == replace(aim, pid=aim.pid._replace(pitch=aim.pid.pitch._replace(integral=1.25)))
+    assert choose_part(times, []) == pytest.approx((0.0, 69.99))
+    assert choose_part(times, [alarm]) == pytest.approx((30.0, 69.99))
+    assert choose_part(times, [alarm, {"what": "adopted", "since_s": 80.0}]) == pytest.approx((80.0, 99.99))
+    assert choose_part(times[:1], []) == (0.0, 0.0)
 
 
 FLOWN = {"events.json", "recorded.csv", "predictions.csv"}
-CONCLUDED = {*FLOWN, "following.json", "parameters.json", f"{PLANT}.fmu"}
+CONCLUDED = {*FLOWN, "following.json", f"{PLANT}.fmu"}
 
 
 @pytest.fixture
@@ -121,14 +100,3 @@ def test_what_came_in_before_the_flight_was_ended_is_on_disk(flight, tmp_path, s
     assert (1000 * rows[:, 3]).round().tolist() == list(range(40))
     assert {path.name for path in (tmp_path / "out").iterdir()} == FLOWN
     assert isinstance(json.loads((tmp_path / "out/events.json").read_text()), list)
-
-
-def test_a_diagnosis_that_predicts_worse_or_does_not_determine_a_gain_does_not_replace_the_twin():
-    diagnosis, good = example_diagnosis(), ParameterSet(PLANT, plant_values(AFTER, {}))
-    expected = corrected_parameters(diagnosis).expected
-    worse = ParameterSet(PLANT, plant_values(AFTER._replace(a_wx=AFTER.a_wx + 1.0), {}), expected)
-    drawbacks = [*_drawbacks(diagnosis, worse, good, [simulated_log()])]
-    assert drawbacks[0].startswith("it does not determine k_y (")
-    assert any("1 s ahead on the pitch is" in text for text in drawbacks)
-    same = replace(worse, values=good.values)
-    assert [*_drawbacks(replace(diagnosis, parameters={}), same, good, [simulated_log()])] == []

@@ -10,10 +10,9 @@ from scipy.io import loadmat
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
-from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import document_text, read_parameters
 from heli_identifier.results.parameters import Covariance, ParameterSet, corrected_parameters, plant_values
-from heli_identifier.tools import control_advice, design_controller, margins
+from heli_identifier.tools import design_controller, margins
 from heli_identifier.tools.linearisation import linear_model, linear_system, operating_point
 from heli_identifier.tools.loop import step_response
 from heli_identifier.tools.plants import draw_plants
@@ -159,9 +158,9 @@ def test_a_small_step_of_the_whole_plant_is_that_of_the_linear_loop(delay):
     simulated = step_response(model, settings, "pitch", size=1e-3, duration=4.0)
     loop = margins.close_loop(model, settings)
     linear = 1e-3 * margins.unit_step(loop, 0, 400)[:, 0]
-    assert np.abs(simulated.angle[:100]).max() < 1e-9
+    assert np.abs(step_response(model, settings, "pitch", size=0.0, duration=1.0)).max() < 1e-9
     # the square of a motion of 1e-3 rad
-    assert np.abs(simulated.angle[100:] - linear).max() < 2e-6
+    assert np.abs(simulated - linear).max() < 2e-6
 
 
 def test_drawn_plants_scatter_as_the_standard_errors_say_and_given_values_stay():
@@ -218,20 +217,6 @@ def test_the_covariance_of_a_diagnosis_is_written_and_read_and_its_damage_named(
             read_parameters(file)
 
 
-@pytest.mark.slow
-def test_a_loop_that_keeps_its_margins_is_left_alone_and_one_that_lost_them_is_offered_gains():
-    calm = (ControllerConfiguration(period=h, pid=PID._replace(elevation=AxisGains(10.0, 5.0, 8.0))) for h in (H, 0.04))
-    (kept, none), (late, _) = (control_advice(TABLE_2, {"pitch.gain": 0.005}, aim=aim) for aim in calm)
-    assert (kept["sentence"], none) == ("", None)
-    for axis, peak in kept["sensitivity"].items():
-        assert peak["value"] < late["sensitivity"][axis]["value"]  # a controller that is called later
-        assert peak["interval"][0] <= peak["value"] <= peak["interval"][1] <= PEAK
-    advice, gains = control_advice(TABLE_2._replace(k_x=2 * TABLE_2.k_x, k_z=2 * TABLE_2.k_z), {"pitch.gain": 0.005})
-    assert "offered, not applied" in advice["sentence"]
-    assert 0.0 < gains.start_values["elevation.proportional"] < PID.elevation.proportional
-    assert advice["gains"] == gains.start_values
-
-
 def test_the_commands_leave_a_model_that_matlab_reads_and_gains_that_build_a_controller(tmp_path):
     file = parameter_set(0.01).write(tmp_path / "parameters.json")
     out, rig = tmp_path / "control", tmp_path / "heli.toml"
@@ -251,7 +236,6 @@ def test_the_commands_leave_a_model_that_matlab_reads_and_gains_that_build_a_con
     made = heli_json("design-controller", file, "--kind", "pid", "--axis", "pitch", "--plants", 20, "--output", out)
     assert made["robust"]["stable_share"] == 1.0
     gains = read_parameters(out / "controller.json").start_values
-    present = read_parameters(out / "nominal.json").start_values
-    assert gains["pitch.proportional"] != present["pitch.proportional"] == PID.pitch.proportional
+    assert gains["pitch.proportional"] != PID.pitch.proportional
     words = ("build", "PidController", "--parameters", out / "controller.json", "--output", tmp_path)
     assert heli(*words).exit_code == 0

@@ -13,11 +13,9 @@ from typer.core import TyperArgument, TyperGroup, TyperOption
 
 import fmu_src
 import heli_identifier as hi
-from heli_identifier import tools
 from heli_identifier.cli.guard import report_errors
 from heli_identifier.cli.terminal import note, print_notes, warn
 from heli_identifier.errors import CONFIGURATION_NAME, refuse
-from heli_plant.control import PidSettings
 
 
 def argument(default: Any, text: str, metavar: str, **more: Any) -> Any:
@@ -181,20 +179,6 @@ def read_parameters_by_unit(file: Path | None, units: Collection[str], refusal: 
     takers = PLANTS if parameters.unit == PLANTS[0] else (parameters.unit,)
     refuse(not set(takers) & set(units), f"{file} holds parameters of the {parameters.unit}, {refusal}.")
     return dict.fromkeys(takers, parameters)
-
-
-def read_unit_parameters(unit: str, file: Path | None) -> "hi.ParameterSet | None":
-    """Read a file with parameters of a ``unit``; None without a file."""
-    return read_parameters_by_unit(file, [unit], f"those of the {unit} are needed").get(unit)
-
-
-def read_controller(default: PidSettings, file: Path | None, words: Sequence[str] = ()) -> PidSettings:
-    """Return a PID with the parameters of a file and of ``name=value`` words; a word replaces the value of the file."""
-    unit = tools.CONTROLLER
-    from_file = read_unit_parameters(unit, file)
-    values: dict[str, Any] = from_file.start_values if from_file else {}
-    values |= fmu_src.check_start_values(fmu_src.unit_class(unit), parse_assignments(words))
-    return tools.controller_settings(default, values)
 
 
 def scenario_values(

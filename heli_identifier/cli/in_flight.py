@@ -1,6 +1,5 @@
 """``heli follow``, a twin that follows a rig in flight and corrects itself; ``heli stream``, which sends a log."""
 
-import os
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -8,7 +7,7 @@ import typer
 
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import argument, option
-from heli_identifier.cli.guard import INTERRUPTED
+from heli_identifier.cli.guard import INTERRUPTED, only_with
 from heli_identifier.cli.terminal import note, progress_bar, warn
 from heli_identifier.errors import refuse
 from heli_identifier.live import Port, read_address
@@ -18,6 +17,7 @@ AT_START = "parameters.json of the twin at the start."
 UNUSED = "Folder of the flight; without an earlier one in it."
 
 
+@only_with(sender="listen", rate="listen", start="not listen", end="not listen")
 def follow(
     log: Path | None = argument(None, "Log to play, in place of a rig.", "LOG"),
     listen: str | None = option(None, "Address of this computer to which the rig sends.", "HOST:PORT"),
@@ -26,7 +26,6 @@ def follow(
     serve: str | None = option(None, "Show the twin in a browser as well, at this address.", "HOST:PORT"),
     sender: str = option("", "Address of the rig; by default, the first that sends a sample.", "HOST"),
     rate: float | None = option(None, "The rig's sampling rate; by default, found from its time stamps.", "HZ"),
-    controller: Path | None = args.CONTROLLER,
     start: float | None = args.FROM,
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,
@@ -36,26 +35,17 @@ def follow(
     The rig sends by UDP (--listen), or a log is played as fast as it goes. Ctrl-C ends the flight.
 
     Writes events.json, recorded.csv, predictions.csv and following.json (the twin's parameters) while it flies; then
-    parameters.json and HelicopterPlant.fmu of the twin as it flew last, and what `heli diagnose` writes of the
-    recording, in a folder of its own. The twin is replaced by that if it is better in every respect. After an
-    adoption the margins of the controller, that of heli.toml or --controller, are computed again: control_advice.json,
-    and controller.json with gains that are offered, not applied.
+    HelicopterPlant.fmu of the twin as it flew last, and what `heli diagnose` writes of the recording, in a folder of
+    its own.
     """
-    from heli_identifier.cli.flight import Adviser, catch_interrupt, conclude_flight, open_shows
+    from heli_identifier.cli.flight import catch_interrupt, conclude_flight, open_shows
     from heli_identifier.live.listening import Listening
     from heli_identifier.live.screen import event_line
-    from heli_identifier.live.session import Session
+    from heli_identifier.live.session import IN_USE, Session
     from heli_identifier.live.sources import Player
 
     one_source = (log is None) != (listen is None)
     refuse(not one_source, "name a log to play, or --listen HOST:PORT for a rig that sends; one of the two.")
-    rig_options = bool(sender or rate is not None)
-    refuse(listen is None and rig_options, "--sender and --rate belong to --listen.")
-    is_part = start is not None or end is not None
-    refuse(log is None and is_part, "--from and --to belong to a log.")
-    for file in (parameters, controller):
-        inside = file is not None and os.path.realpath(file.parent) == os.path.realpath(output)
-        refuse(inside, f"{file} lies in the folder of the flight, whose files would replace it; name another folder.")
     twin = args.read_parameters_and_warn(parameters)
     with ExitStack() as stack:
         source: Player | Listening
@@ -68,20 +58,19 @@ def follow(
             stack.callback(port.close)
             source = Listening(port, rate, configuration.format)
             note("listening on {}:{}".format(*port.address))
-        adviser = Adviser(output, controller, configuration.controller)
         title = f"heli follow: {log if log is not None else f'a rig that sends to {listen}'}, twin of {parameters}"
         show = open_shows(stack, title, serve)
-        session = Session(output, twin, adviser.ask)
+        session = Session(output, twin)
         stack.enter_context(undo_at_end(session.close))
-        stack.callback(adviser.thread.shutdown, wait=False, cancel_futures=True)
         stopped = stack.enter_context(catch_interrupt())
-        session.run(source, stopped, lambda view: show(view._replace(notice=adviser.look())))
-        interrupted, advice = stopped(), adviser.look(wait=True)
+        session.run(source, stopped, show)
+        interrupted = stopped()
     typer.echo(f"{session.last_time:.1f} s of flight, {session.recorded.rows} samples")
     for event in session.events:
         typer.echo(event_line(event))
-    if advice:
-        typer.echo(advice)
+    if any(event["what"] == "adopted" for event in session.events):
+        in_use = output / IN_USE
+        note(f"`heli design-controller {in_use} --kind pid --axis pitch` says which margins the controller has left")
     if interrupted:
         note("stopped by Ctrl-C; the recording is being diagnosed (Ctrl-C again leaves that out)")
     conclude_flight(session, output, configuration)

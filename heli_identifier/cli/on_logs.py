@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import typer
 
@@ -13,7 +14,7 @@ from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, flag, option
 from heli_identifier.cli.guard import FAILED, only_with
 from heli_identifier.cli.terminal import note, print_notes, progress_bar
-from heli_identifier.errors import ConfigurationError, refuse, require_positive
+from heli_identifier.errors import refuse, require_positive
 from heli_identifier.files import write_atomically
 
 HELD_OUT = "Held-out logs; by default the last log, or the last third of a single one."
@@ -143,8 +144,10 @@ def check(
     recorded, configuration = args.read_logs_of_rig(logs, config, start, end)
     if limit is not None:
         require_positive("--limit", limit, "mrad")
-        if (flown := controller or configuration.controller.pid) is None:
-            raise ConfigurationError("--limit needs --controller FILE, or [controller.pid] of heli.toml.")
+        flown: Any = configuration.controller.pid
+        if controller is not None:
+            flown = tools.read_controller(controller, expected.plant().v_max)
+        refuse(flown is None, "--limit needs --controller FILE, or [controller.pid] of heli.toml.")
         outcome = tools.check_closed_loop(recorded, expected, flown, 1e-3 * limit)
         failed = f"the closed loop errs by more than {limit:g} mrad"
     else:

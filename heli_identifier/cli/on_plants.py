@@ -3,6 +3,7 @@
 from dataclasses import asdict
 from io import BytesIO
 from pathlib import Path
+from typing import Any
 
 from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
@@ -34,7 +35,7 @@ def effects(
 
 
 @only_with(
-    hover="closed_loop", controller="closed_loop", settings="closed_loop", voltage_limit="not closed_loop",
+    hover="closed_loop", controller="closed_loop", config="closed_loop", voltage_limit="not closed_loop",
     output="not closed_loop",
 )  # fmt: skip
 def design(
@@ -48,14 +49,13 @@ def design(
     closed_loop: bool = flag("What to add to a flight under the controller, for its parameters.", "--closed-loop"),
     hover: float = option(0.15, "Elevation held, with --closed-loop.", "RAD"),
     controller: Path | None = args.CONTROLLER,
-    settings: list[str] = args.SETTINGS,
+    config: Path | None = args.CONFIG,
     json: bool = args.JSON,
 ) -> None:
     """Propose an excitation that shows an effect, or separates two, within the limits of voltage and angle.
 
-    With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The gains of
-    the controller come from --controller, as `heli design-controller --kind pid` writes it, or from --set, as --set
-    pitch.proportional=6.
+    With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The PID that
+    flies is that of --controller, as `heli design-controller --kind pid` writes it, or of heli.toml.
     """
     require_range("duration", duration, "s", 20.0, 3600.0)
     no_task = len(named) > 2 or bool(named) == closed_loop
@@ -63,14 +63,15 @@ def design(
     no_flight = f"keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad"
     if closed_loop:
         plant = _read_plant(parameters)
-        pid = args.read_controller(PidSettings(voltage_limit=plant.v_max), controller, settings)
+        pid: Any = args.find_configuration(config).controller.pid or PidSettings(voltage_limit=plant.v_max)
+        if controller is not None:
+            pid = tools.read_controller(controller, plant.v_max)
+            refuse(not isinstance(pid, PidSettings), f"{controller} holds no PID; take one of --kind pid.")
         limits = tools.Limits(plant.v_max, pitch_limit, elevation_limit)
         with progress_bar() as progress:
             outlooks = tools.flight_outlooks(plant, pid, hover, duration, limits, progress)
         refuse(not outlooks, f"no flight {no_flight} of the hover; widen the limits.")
-        default_gains = "no --controller given: the PID of the units flies with its default gains"
-        remarks = [] if controller or settings else [default_gains]
-        print_answer(json, results.to_json_value(outlooks), [tools.flight_table(outlooks)], remarks)
+        print_answer(json, results.to_json_value(outlooks), [tools.flight_table(outlooks)])
         return
     entries = tools.find_effects(named)
     plant, limits = _read_plant(parameters), tools.Limits(voltage_limit, pitch_limit, elevation_limit)
@@ -86,8 +87,9 @@ def design(
 
 def _read_plant(file: Path | None) -> PlantParameters:
     """Return the plant of a parameters.json; without a file the published model, with a note."""
-    if parameters := args.read_unit_parameters(results.PLANT, file):
-        return parameters.plant()
+    needed = f"those of the {results.PLANT} are needed"
+    if of_units := args.read_parameters_by_unit(file, [results.PLANT], needed):
+        return of_units[results.PLANT].plant()
     note("no --parameters given: the published model, Table 2, stands in for the rig")
     return PlantParameters()
 
@@ -133,8 +135,8 @@ def design_controller(
 ) -> None:
     """Design a controller whose margins hold over every plant that the data allow, as a unit, MATLAB code and C.
 
-    Writes design.json, design.html, controller.json (the robust design) and nominal.json for `heli build`,
-    controller.m, and of LQR and LQI controller.c with its header.
+    Writes design.json, design.svg, controller.json (the robust design) for `heli build`, controller.m, and of LQR and
+    LQI controller.c with its header.
     """
     from fmu_src.native import controller_sources
 
@@ -145,13 +147,11 @@ def design_controller(
         with progress_bar() as progress:
             result = tools.design_controller(given, kind, axis, elevation, pitch, aim, plants, progress)
         document = result.document()
-        point = result.plants.model.point
         files = {
             "design.json": document,
-            "design.html": tools.controller_html(result),
-            "controller.m": tools.controller_m(result, given),
-            "controller.json": tools.controller_parameters(result.flown, point),
-            "nominal.json": tools.controller_parameters(result.baseline.settings, point),
+            "design.svg": tools.step_figure(result),
+            "controller.m": tools.controller_m(result),
+            "controller.json": tools.controller_parameters(result.flown, result.plants.model.point),
         }
         if isinstance(result.robust.settings, FeedbackSettings):
             files |= controller_sources(result.robust.settings)

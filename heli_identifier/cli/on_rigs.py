@@ -22,8 +22,6 @@ RIG_FOLDER = "Folder of one rig: logs, heli.toml. A log whose name begins with h
 def fleet(
     folders: list[Path] = argument(..., RIG_FOLDER, "RIG_FOLDER"),
     output: Path = args.folder("fleet"),
-    start: float | None = args.FROM,
-    end: float | None = args.TO,
     config: Path | None = args.CONFIG,
     json: bool = args.JSON,
 ) -> None:
@@ -36,7 +34,7 @@ def fleet(
     with results.write_whole_folder(output) as draft:
         for folder in tools.rig_folders(folders, args.configuration_file(config)):
             try:
-                rig = rigs[folder.rig] = folder.load(start, end)
+                rig = rigs[folder.rig] = folder.load()
             except IdentifierError as error:
                 failures[folder.rig] = str(error)
                 continue
@@ -93,19 +91,11 @@ def init(
     guess = records.guess(log) if log else None
     path = records.write_template(output, guess)
     if log and guess:
-        log_format, reasons, rows = guess.format, guess.reasons, []
-        for signal, header in log_format.columns.items():
-            reasons_of_signal = [reasons.get(f"{part}.{signal}", "") for part in ("columns", "units", "signs")]
-            sign = str(log_format.sign(signal)) if signal != "time" else ""
-            rows.append((signal, header, log_format.units[signal], sign, "; ".join(filter(None, reasons_of_signal))))
-        columns = ("signal", "column", "unit", "sign", "because")
-        terminal.print_table(results.Table(f"Guessed from {log}; confirm each", columns, rows))
-        for key in ("swap_rotors", "clip", "start", "decimal"):
-            if key in reasons:
-                note(f"{key}: {reasons[key]}")
+        if path.is_file():
+            typer.echo(path.read_text(encoding="utf-8"))
         doubts = list(guess.doubts)
         try:
-            doubts += records.find_suspicions(hi.read_log(log, log_format))
+            doubts += records.find_suspicions(hi.read_log(log, guess.format))
         except LogError as error:
             doubts.append(f"with these guesses the log is refused: {error}")
         for text in doubts:

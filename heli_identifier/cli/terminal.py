@@ -86,9 +86,9 @@ def warn(text: str) -> None:
     typer.secho(printable(results.typeset(f"warning: {text}")), err=True, fg="yellow", bold=True)
 
 
-def note_written(folder: Path, names: Iterable[str], how: str = "") -> None:
+def note_written(folder: Path, names: Iterable[str]) -> None:
     """Print which files were written into a folder."""
-    note(f"written{how}: {', '.join(str(folder / name) for name in names)}")
+    note(f"written: {', '.join(str(folder / name) for name in names)}")
 
 
 def print_notes(logs: "Sequence[hi.Log]") -> None:

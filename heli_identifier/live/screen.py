@@ -42,8 +42,6 @@ def draw_screen(title: str, view: View) -> Group:
         parts.append(Text(view.stream.line, style="red" if view.stream.silent else "dim"))
     parts.append(_axes(view))
     parts += [Text(event_line(event), style=_COLOURS.get(event["what"], "")) for event in view.events[-_EVENTS_SHOWN:]]
-    if view.notice:
-        parts.append(Text(view.notice, style="yellow"))
     parts.append(_values(view))  # last, as a small terminal cuts off the end
     return Group(*parts)
 

@@ -23,13 +23,10 @@ from heli_identifier.records import CONTRACT_HEADERS
 from heli_identifier.results import PLANT, ParameterSet, document_text, plant_values, unit_text, write_whole_folder
 from heli_plant.effects import AXES
 from heli_plant.observer import CORRECTED
-from heli_plant.parameters import PARAMETERS, PlantParameters
+from heli_plant.parameters import PARAMETERS
 
 RECORDED, PREDICTIONS, EVENTS, IN_USE = "recorded.csv", "predictions.csv", "events.json", "following.json"
 """Files of a flight: its samples, predictions, events, and the parameters that the twin uses."""
-
-ADVICE, GAINS = "control_advice.json", "controller.json"
-"""Files: the margins of the controller, and the gains that are offered, as parameters of the PidController."""
 
 DIAGNOSED = "diagnosis.json"
 """File of an earlier diagnosis."""
@@ -40,9 +37,6 @@ SYNC_INTERVAL, WRITE_INTERVAL, VIEW_INTERVAL = 1.0, 0.05, 0.2
 _TWIN_TIME = 0.01  # between two samples of the twin [s]: encoders err alike for about as long
 _PAST = 300  # comparisons in a view: a minute of flight, five a second
 _DIGITS = 9  # decimals of times [s] in a file: k h has a rounding error
-
-Changed = Callable[[PlantParameters, Mapping[str, float], float], None]
-"""Called with the plant's parameters, their standard errors by structured name, and the elevation [rad]."""
 
 
 class Journal:
@@ -84,7 +78,7 @@ class View(NamedTuple):
     """The state of a flight, as the terminal and the page show it.
 
     ``time`` [s], ``mode``; ``alarm``: the largest CUSUM over its threshold [1]; ``suspect``: the likeliest change;
-    status of the ``stream``; ``notice`` about the controller; ``events`` as in their file. ``past``: the last instants
+    status of the ``stream``; ``events`` as in their file. ``past``: the last instants
     with a comparison: angles ``measured``, ``predicted`` 1 s before and by the twin left alone, and rms errors of both
     over the window, None before the first [rad]; ``declared``: the errors that the diagnosis expects [rad].
     ``values``: of each parameter at the ``start`` and as ``used``, with the half-width of its 95 % interval (``band``),
@@ -96,7 +90,6 @@ class View(NamedTuple):
     alarm: float = 0.0
     suspect: str = ""
     stream: Status = Status()
-    notice: str = ""
     events: Sequence[dict[str, Any]] = ()
     past: Sequence[dict[str, Any]] = ()
     declared: Sequence[float | None] = (None, None, None)
@@ -109,12 +102,11 @@ Show = Callable[[View], None]
 class Session:
     """A twin and the files of its flight, in a folder that must not hold an earlier recording.
 
-    ``parameters`` are the plant's, as a diagnosis delivers them. ``changed`` is called after a change was adopted or
-    taken back.
+    ``parameters`` are the plant's, as a diagnosis delivers them.
     """
 
-    def __init__(self, folder: Path, parameters: ParameterSet, changed: Changed = lambda *_: None) -> None:
-        self.plant, self.changed = parameters.plant(), changed
+    def __init__(self, folder: Path, parameters: ParameterSet) -> None:
+        self.plant = parameters.plant()
         self.folder, self.provenance = folder, dict(parameters.provenance)
         declared = {axis: expected.prediction_1s_rad.value for axis, expected in parameters.expected.items()}
         self.declared = tuple(declared.get(axis) for axis in AXES)
@@ -132,7 +124,7 @@ class Session:
         self._samples: list[Sample] = []  # that the twin takes as one
         self.past: deque[dict[str, Any]] = deque(maxlen=_PAST)
         self.last_time = 0.0  # of a sample [s]
-        self._time = self._elevation = 0.0  # of the last step [s], [rad]
+        self._time = 0.0  # of the last step [s]
 
     @property
     def time(self) -> float:
@@ -180,7 +172,7 @@ class Session:
         plan, state = self.twin
         state, events = following.correct(state, sample, plan)
         self.twin = plan, state
-        self._time, self._elevation = state.instants * sample_time, sample.elevation
+        self._time = state.instants * sample_time
         twins, window = state.predictions, plan.window
         if twins.compared:
             used, alone = twins.used, twins.alone
@@ -201,7 +193,6 @@ class Session:
         self._write_events()
         if event.what in ("adopted", "rolled back"):
             self.in_use().write(self.folder / IN_USE)
-            self.changed(*self._plant_in_use(), self._elevation)
 
     def _write_events(self) -> None:
         write_atomically(self.folder / EVENTS, document_text(self.events))
@@ -233,21 +224,16 @@ class Session:
 
     def in_use(self) -> ParameterSet:
         """Return the parameters that the twin uses; adopted values have the standard error of their adoption."""
-        plant, errors = self._plant_in_use()
+        plant, errors = self.plant, self.errors
+        if self.twin is not None:
+            plant, adopted = following.parameters_in_use(self.twin[1])
+            errors = {**errors, **adopted}
         known = {
             row.field: Estimate(getattr(plant, row.field), errors[row.name], row.unit)
             for row in PARAMETERS
             if errors.get(row.name)
         }
         return ParameterSet(PLANT, plant_values(plant, known), {}, self.provenance)
-
-    def _plant_in_use(self) -> tuple[PlantParameters, dict[str, float]]:
-        """Return the plant in use, and the known standard errors of its parameters by structured name."""
-        if self.twin is None:
-            return self.plant, self.errors
-        plan, state = self.twin
-        plant, adopted = following.parameters_in_use(state)
-        return plant, {**self.errors, **adopted}
 
 
 def _values(state: CorrectorState, plan: FollowPlan, known: Mapping[str, float]) -> list[dict[str, Any]]:

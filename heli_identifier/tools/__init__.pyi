@@ -3,11 +3,10 @@ from .campaign import campaign_tables as campaign_tables
 from .campaign import diagnose_source as diagnose_source
 from .campaign import run_campaign as run_campaign
 from .campaign import summarise_rows as summarise_rows
-from .controller import control_advice as control_advice
 from .controller import design_controller as design_controller
-from .design_files import controller_html as controller_html
 from .design_files import controller_m as controller_m
 from .design_files import design_table as design_table
+from .design_files import step_figure as step_figure
 from .experiment import Limits as Limits
 from .experiment import experiment_table as experiment_table
 from .experiment import find_effects as find_effects
@@ -22,10 +21,9 @@ from .fleet_page import fleet_tables as fleet_tables
 from .flight import flight_outlooks as flight_outlooks
 from .flight import flight_table as flight_table
 from .judging import Design as Design
-from .loop import CONTROLLER as CONTROLLER
 from .loop import check_closed_loop as check_closed_loop
 from .loop import controller_parameters as controller_parameters
-from .loop import controller_settings as controller_settings
+from .loop import read_controller as read_controller
 from .plants import FEW as FEW
 from .plants import allowed_plants as allowed_plants
 from .rigs import SHORTEST_TO_SPLIT as SHORTEST_TO_SPLIT

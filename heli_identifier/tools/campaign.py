@@ -21,7 +21,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from heli_identifier.errors import ConfigurationError, refuse, require_range
@@ -202,30 +201,24 @@ def summarise_rows(rows: Sequence[Row]) -> dict[str, Any]:
     """Return the figures of a campaign.
 
     ``rigs``: number of diagnosed rigs, ``verdicts``: of these by verdict. ``effects``: entries "name axis" and the
-    number of rigs on which each was found, most frequent first. ``failures``: rig and error text. ``seconds``: median,
-    95 % quantile and largest time of one diagnosis [s], or None.
+    number of rigs on which each was found, most frequent first. ``failures``: rig and error text.
     """
     diagnosed = [row for row in rows if row["error"] is None]
     verdicts = Counter(row["verdict"] for row in diagnosed)
     found = Counter(f"{effect['name']} {effect['axis']}" for row in diagnosed for effect in row["effects"])
-    times = [row["seconds"] for row in diagnosed]
     return {
         "rigs": len(diagnosed),
         "verdicts": {str(verdict): verdicts[verdict] for verdict in RigVerdict},
         "effects": found.most_common(),
         "failures": [(row["rig"], row["error"]) for row in rows if row["error"] is not None],
-        "seconds": np.quantile(times, (0.5, 0.95, 1.0)).tolist() if times else None,
     }
 
 
 def campaign_tables(summary: dict[str, Any]) -> tuple[list[Table], list[str]]:
-    """Return tables and sentences of a summary: what was found, how long it took, and what failed."""
-    counts, sentences = {"rigs": summary["rigs"], **summary["verdicts"]}, list[str]()
+    """Return tables and sentences of a summary: what was found, and what failed."""
+    counts = {"rigs": summary["rigs"], **summary["verdicts"]}
     tables = [Table("Campaign", [*counts], [[str(count) for count in counts.values()]])]
     if summary["effects"]:
         effects = [(name, str(count)) for name, count in summary["effects"]]
         tables.append(Table("Effects found", ("effect", "rigs"), effects))
-    if summary["seconds"] is not None:
-        times = "one diagnosis on one core: median {:.1f} s, 95 % quantile {:.1f} s, longest {:.1f} s"
-        sentences.append(times.format(*summary["seconds"]))
-    return tables, [*sentences, *(f"failed: {rig}: {error}" for rig, error in summary["failures"])]
+    return tables, [f"failed: {rig}: {error}" for rig, error in summary["failures"]]

@@ -6,7 +6,7 @@ factors of :data:`WEIGHT_FACTOR` until 95 % of the drawn plants keep the require
 :data:`ROBUST` of the plants and compared with the present one.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from math import isfinite
 from typing import Any
@@ -14,19 +14,16 @@ from typing import Any
 import numpy as np
 
 from heli_identifier.errors import ConfigurationError, refuse
-from heli_identifier.online import Estimate
 from heli_identifier.records import ControllerConfiguration
-from heli_identifier.results import GAIN_OF, PLANT, ParameterSet, Use, plant_values, to_json_value
+from heli_identifier.results import GAIN_OF, ParameterSet, Use
 from heli_identifier.tools import margins
 from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Design, judge_controller
 from heli_identifier.tools.linearisation import PERIOD
-from heli_identifier.tools.loop import CONTROLLER, controller_parameters
 from heli_identifier.tools.margins import LOOPS
-from heli_identifier.tools.plants import FEW, Plants, allowed_plants, wrong_signs
+from heli_identifier.tools.plants import Plants, allowed_plants, wrong_signs
 from heli_identifier.tools.synthesis import PEAK, design_feedback, retune_pid
 from heli_identifier.tracing import Progress, Rig
 from heli_plant.control import PidSettings
-from heli_plant.parameters import BY_NAME, PlantParameters
 from heli_plant.state_feedback import FeedbackSettings
 
 KINDS = ("lqi", "lqr", "pid")
@@ -34,9 +31,6 @@ SECOND_ANGLES = ("pitch", "travel")  # angles that may be controlled in addition
 DRAWS, SEARCHED = 1000, 200  # drawn plants with which a design is judged, and with which a robust one is searched
 ROBUST = 30  # drawn plants for which a PID is retuned
 WEIGHT_FACTOR, MOST_FACTORS = 1.5, 24  # factor by which the weight of the voltages is raised, and how often at most
-
-LEAST_LIFT = 0.3
-"""Sum of the thrust voltages [V] below which the travel cannot be controlled: a lean has no lateral force."""
 
 
 def _check_usable(parameters: ParameterSet, axes: Sequence[str]) -> None:
@@ -77,11 +71,6 @@ def design_controller(
     _check_usable(parameters, (*LOOPS, *(("travel",) if with_travel else ())))
     plants = allowed_plants(parameters, None if with_travel else pitch, elevation, aim.period, draws, progress)
     model, notes = plants.model, [*plants.notes]
-    refuse(
-        with_travel and abs(model.point.lift) < LEAST_LIFT,
-        f"at elevation {elevation:g} rad the rotors hardly lift ({model.point.lift:.2g} V together), so a lean does "
-        "not move the travel; choose a higher --elevation.",
-    )
     progress("designing", 0.6)
     if kind == "pid":
         design = _retune_pid(plants, aim.pid, with_travel, axes, progress)
@@ -152,45 +141,3 @@ def _find_robust(
         if reached >= aim.disk_margin:
             break
     return best, reached
-
-
-def control_advice(
-    parameters: PlantParameters,
-    standard_errors: Mapping[str, float],
-    elevation: float = 0.0,
-    aim: ControllerConfiguration | None = None,
-) -> tuple[dict[str, Any], ParameterSet | None]:
-    """Judge the PID after a change was adopted in flight, and offer retuned gains if it does not keep its margins.
-
-    The PID keeps its margins if the upper end of the 95 % interval of the sensitivity is at most :data:`PEAK`; the
-    ``sentence`` of the document is then empty, and no gains are offered. The sentence says what the retuned gains
-    reach, because it may be that no gains keep the margins. Takes some seconds.
-
-    ``standard_errors`` are by structured name; all other parameters are taken as exact. The elevation of the operating
-    point is in [rad], ``aim`` is as in :func:`design_controller`. ConfigurationError if there is no equilibrium.
-    """
-    errors = {BY_NAME[name].field: Estimate(0.0, error or None, "1") for name, error in standard_errors.items()}
-    given = ParameterSet(PLANT, plant_values(parameters, errors))
-    design = design_controller(given, "pid", "pitch", elevation, aim=aim, draws=FEW)
-    peaks = {axis: design.baseline.figures[f"{axis}.sensitivity"] for axis in LOOPS}
-    retuned_peaks = {axis: design.robust.figures[f"{axis}.sensitivity"] for axis in LOOPS}
-    too_high = {axis: peak for axis, peak in peaks.items() if peak.interval[1] > PEAK}
-    sentence, offered = "", None
-    if too_high:
-        offered = controller_parameters(design.robust.settings, design.plants.model.point)
-        before, after = (
-            ", ".join("{} {:.2f} ({:.2f} to {:.2f})".format(axis, x.value, *x.interval) for axis, x in figures.items())
-            for figures in (too_high, retuned_peaks)
-        )
-        sentence = (
-            f"The PID does not keep its margins with the changed plant: peak of the sensitivity on {before}, stated "
-            f"are at most {PEAK:g}. Retuned gains are offered, not applied; with them it is {after}."
-        )
-    document = {
-        "sentence": sentence,
-        "unit": CONTROLLER,
-        "gains": offered.start_values if offered else {},
-        "largest_sensitivity": PEAK,
-        "sensitivity": peaks,
-    }
-    return to_json_value(document), offered

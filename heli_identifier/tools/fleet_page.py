@@ -1,7 +1,6 @@
 """fleet.html: one page with a forest plot of every effect that a rig named or that repeats, and of every parameter."""
 
 from collections.abc import Sequence
-from itertools import chain
 
 from heli_identifier.provenance import provenance
 from heli_identifier.results import (
@@ -20,7 +19,6 @@ from heli_identifier.results import (
 from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
 
 FIGURES = ("mean", "unit", "spread", "I²")
-FARTHEST = 2.0  # intervals are cut off at this distance from the middle, in half widths of the range of all values
 
 
 def fleet_html(fleet: Fleet) -> str:
@@ -131,14 +129,8 @@ def forest_figure(coefficient: Coefficient) -> str:
 
 
 def _window(coefficient: Coefficient) -> tuple[float, float]:
-    """Return the ends of the x axis, which holds all values, zero for an effect, and intervals up to a limit."""
-    mean, estimates = coefficient.pooled, [of_rig.estimate for of_rig in coefficient.counted]
-    values = [*(estimate.value for estimate in estimates), *([0.0] if coefficient.finding else [])]
-    intervals = [estimate.interval for estimate in estimates]
-    ends = [*values, *chain(*intervals), *(mean.interval if mean else ())]
-    middle, reach = 0.5 * (min(values) + max(values)), 0.5 * (max(values) - min(values))
-    narrowest = min((0.5 * (high - low) for low, high in intervals), default=0.0)
-    farthest = FARTHEST * max(reach, narrowest, 1e-9 * abs(middle))
-    low, high = max(min(ends), middle - farthest), min(max(ends), middle + farthest)
-    margin = 0.05 * (high - low)
-    return low - margin, high + margin
+    """Return the ends of the x axis: all values, the interval of the mean, zero for an effect, and a margin."""
+    values = [of_rig.estimate.value for of_rig in coefficient.counted]
+    values += [*(coefficient.pooled.interval if coefficient.pooled else ()), *([0.0] if coefficient.finding else [])]
+    margin = 0.3 * (max(values) - min(values)) or 1.0
+    return min(values) - margin, max(values) + margin

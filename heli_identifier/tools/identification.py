@@ -98,10 +98,6 @@ class Identification(Tabular):
             results.write_files(draft, dict(zip(self.files, contents, strict=True)))
         return Path(folder)
 
-    def __repr__(self) -> str:
-        count = len(self.histories)
-        return f"<Identification: {len(self.estimates)} parameters from {count} log{'s' if count != 1 else ''}>"
-
 
 def identify(
     logs: LogSource | Sequence[LogSource],

@@ -15,7 +15,7 @@ from scipy.stats import rankdata
 from heli_identifier.provenance import provenance
 from heli_identifier.results import to_json_value
 from heli_identifier.tools import margins
-from heli_identifier.tools.loop import Settings, StepResponse, settling_time, step_response
+from heli_identifier.tools.loop import Settings, settling_time, step_response
 from heli_identifier.tools.margins import LOOPS, Array
 from heli_identifier.tools.plants import Plants
 from heli_plant.effects import AXES
@@ -32,16 +32,13 @@ SMALLER_IS_BETTER = ("sensitivity", "settling")  # figures whose names end so ar
 
 @dataclass(frozen=True)
 class Figure:
-    """One figure of a loop: the ``value`` of the estimated plant and the ``interval`` of 95 % of the drawn plants.
+    """One figure of a loop: the ``value`` of the estimated plant, and the bound that is ``promised``.
 
-    ``promised`` is the bound that :data:`CONFIDENCE` of the plants keep, ``worst`` the figure of the worst plant, the
-    estimated one included.
+    :data:`CONFIDENCE` of the plants keep all promised bounds at once.
     """
 
     value: float
-    interval: tuple[float, float]
     promised: float
-    worst: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,10 +53,8 @@ class Judged:
     """Whether the loop with the estimated plant is stable."""
     stable_share: float
     """Share of the drawn plants with a stable loop."""
-    disks: Array
-    """Disk margins of the drawn plants, shape (M,)."""
-    steps: tuple[StepResponse, ...]
-    """Steps of the whole plant, one per axis."""
+    steps: dict[str, Array]
+    """By axis the response of the whole plant to a step of :data:`.loop.STEP` (N,) [rad]."""
     band: dict[str, Array]
     """By axis the lowest and highest response to a unit step among 95 % of the drawn plants, shape (2, N)."""
 
@@ -91,8 +86,7 @@ def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) ->
         figures=_figures(columns),
         is_stable=bool(stable[0]),
         stable_share=float(np.mean(stable[1:])),
-        disks=columns["disk"][1:],
-        steps=tuple(step_response(model, settings, axis, duration=SHOWN[axis]) for axis in axes),
+        steps={axis: step_response(model, settings, axis, duration=SHOWN[axis]) for axis in axes},
         band=band,
     )
 
@@ -101,11 +95,8 @@ def _figures(columns: Mapping[str, Array]) -> dict[str, Figure]:
     """Return figures from columns (M + 1,), in which the estimated plant comes first."""
     rows = np.column_stack(list(columns.values()))
     sign = np.array([-1.0 if name.endswith(SMALLER_IS_BETTER) else 1.0 for name in columns])
-    # quantiles without interpolation, because figures may be infinite
-    low, high = np.quantile(rows[1:], (0.025, 0.975), axis=0, method="nearest")
-    promised, worst = sign * joint_bounds(sign * rows[1:]), sign * (sign * rows).min(axis=0)
-    each = zip(columns, *np.array([rows[0], low, high, promised, worst]).tolist(), strict=True)
-    return {name: Figure(value, (low, high), bound, worst) for name, value, low, high, bound, worst in each}
+    each = zip(columns, rows[0].tolist(), (sign * joint_bounds(sign * rows[1:])).tolist(), strict=True)
+    return {name: Figure(value, promised) for name, value, promised in each}
 
 
 def joint_bounds(figures: Array) -> Array:

@@ -6,10 +6,10 @@ by themselves, and the error is the root mean square of simulated less measured 
 smaller: the simulated voltages react to the simulated angles.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from math import inf
 from os import PathLike
-from typing import Any, NamedTuple, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,7 +30,6 @@ from heli_plant.plant import advance, measured_angles, rigid_start
 from heli_plant.state import PlantState
 from heli_plant.state_feedback import FeedbackSettings, FeedbackState, Rotors, feedback_step, repeat_row, start_feedback
 
-Controller = TypeVar("Controller", PidSettings, FeedbackSettings)
 Settings = PidSettings | FeedbackSettings  # of a controller
 Memory = PidState | FeedbackState  # the state of a controller
 Array = NDArray[np.float64]
@@ -40,14 +39,22 @@ KINDS: dict[str, type[Settings]] = {CONTROLLER: PidSettings, FEEDBACK: FeedbackS
 """Settings of a controller by its unit."""
 
 SETTLED = 0.05  # share of the step within which a response counts as settled
-LEAD = 1.0  # time [s] before the step
+STEP = 0.1  # of a reference [rad]
 AHEAD = 3.0  # length [s] of the parts of a flight that are simulated
 
 
-def controller_settings(default: Controller, values: Mapping[str, float]) -> Controller:
-    """Return a controller from parameters of its unit; missing values are those of ``default``."""
-    given = [variable for variable in unit_class(_unit_of(default)).variables if variable.name in values]
-    return with_fields(default, {v.field: TYPES[v.type](values[v.name]) for v in given if v.field})
+def read_controller(file: str | PathLike[str], voltage_limit: float) -> Settings:
+    """Read the controller of a controller.json; ConfigurationError if it holds none.
+
+    The file may leave parameters out; of these ``voltage_limit`` is given [V], and the others have their defaults.
+    """
+    saved = results.read_parameters(file)
+    wrong_unit = f"{file} holds parameters of the {saved.unit}; give those of a {CONTROLLER} or {FEEDBACK}."
+    refuse(saved.unit not in KINDS, wrong_unit)
+    default: Any = KINDS[saved.unit](voltage_limit=voltage_limit)
+    values, variables = saved.start_values, unit_class(saved.unit).variables
+    given = {v.field: TYPES[v.type](values[v.name]) for v in variables if v.field and v.name in values}
+    return with_fields(default, given)
 
 
 def controller_parameters(settings: Settings, point: OperatingPoint) -> ParameterSet:
@@ -55,7 +62,7 @@ def controller_parameters(settings: Settings, point: OperatingPoint) -> Paramete
 
     Zero parameters of a StateFeedback, of which it has many, are left out.
     """
-    unit = _unit_of(settings)
+    unit = next(unit for unit, kind in KINDS.items() if isinstance(settings, kind))
     values = {
         variable.name: Estimate(float(field_of(settings, variable.field)), None, variable.unit or "1")
         for variable in unit_class(unit).variables
@@ -66,10 +73,6 @@ def controller_parameters(settings: Settings, point: OperatingPoint) -> Paramete
     if unit == FEEDBACK:
         values = {name: estimate for name, estimate in values.items() if estimate.value}
     return ParameterSet(unit, values, provenance=provenance())
-
-
-def _unit_of(settings: Settings) -> str:
-    return next(unit for unit, kind in KINDS.items() if isinstance(settings, kind))
 
 
 def start_controller(settings: Settings, pitch: float, elevation: float, travel: float) -> Memory:
@@ -147,55 +150,32 @@ def settling_time(share: Array, period: float) -> float:
     return inf if last == len(share) - 1 else float((last + 1) * period)
 
 
-class StepResponse(NamedTuple):
-    """Response of an ``axis`` to a step of its reference by ``size`` [rad] at the ``time`` (N,) 0 [s].
-
-    ``angle`` (N,) is the deviation from the operating point [rad].
-    """
-
-    axis: str
-    time: Array
-    angle: Array
-    size: float
-
-
 def step_response(
-    model: LinearModel, settings: Settings, axis: str, size: float = 0.1, duration: float = 12.0
-) -> StepResponse:
-    """Simulate a reference step of ``size`` [rad] on one axis of the whole plant, for ``duration`` [s].
+    model: LinearModel, settings: Settings, axis: str, size: float = STEP, duration: float = 12.0
+) -> Array:
+    """Return how an axis of the whole plant leaves its operating point (N,) [rad] after a step of its reference.
 
-    The controller starts at the operating point of ``model`` and is called with its period. A mass that moved once
-    during a log does not move here.
+    The step of ``size`` [rad] comes at once, and lasts for ``duration`` [s]. The controller starts at the operating
+    point of ``model`` and is called with its period. A mass that moved once during a log does not move here.
     """
     plant, point, period, index = model.plant, model.point, model.sampled.dt, AXES.index(axis)
     plant = plant._replace(moving_mass_elevation=0.0)
-    lead, count = round(LEAD / period), round((LEAD + duration) / period)
     hold = np.array([point.pitch, point.elevation, 0.0])
-    references = np.where(np.arange(count)[:, None] < lead, hold, hold + size * np.eye(3)[index])
+    references = np.tile(hold + size * np.eye(3)[index], (round(duration / period), 1))
     state, held = rigid_start(point.state(plant), plant), (point.v_front, point.v_rear)
     angles, _ = fly(plant, settings, references, state, held, period, start_at_rest(settings, point))
-    return StepResponse(axis, np.arange(count) * period - LEAD, angles[:, index] - hold[index], size)
+    return np.asarray(angles[:, index] - hold[index])
 
 
 def check_closed_loop(
-    logs: LogSource | Sequence[LogSource],
-    parameters: PlantSource,
-    controller: str | PathLike[str] | Settings,
-    limit: float = inf,
+    logs: LogSource | Sequence[LogSource], parameters: PlantSource, settings: Settings, limit: float = inf
 ) -> Check:
-    """Simulate logs from their references, under the controller that flew: its controller.json, or its settings.
+    """Simulate logs from their references, under the controller that flew.
 
-    Errors of the followed axes up to ``limit`` [rad] pass. ConfigurationError if the file holds no controller, a log
-    has no reference of an axis that the controller follows, or the sampling of a log does not fit a state feedback.
+    Errors of the followed axes up to ``limit`` [rad] pass. ConfigurationError if a log has no reference of an axis that
+    the controller follows, or the sampling of a log does not fit a state feedback.
     """
     plant = results.to_plant(parameters)
-    settings: Any = controller
-    if isinstance(controller, str | PathLike):
-        saved = results.read_parameters(controller)
-        wrong_unit = f"{controller} holds parameters of the {saved.unit}; give those of a {CONTROLLER} or {FEEDBACK}."
-        refuse(saved.unit not in KINDS, wrong_unit)
-        default: Any = KINDS[saved.unit](voltage_limit=plant.v_max)
-        settings = controller_settings(default, saved.start_values)
     followed = ("elevation", "travel" if settings.travel_enabled else "pitch")
     outcomes, voltages = list[Outcome](), {}
     for log in read_logs(logs):

@@ -168,17 +168,14 @@ def _list_logs(folder: Path) -> list[Path]:
     return [path for path in files if path.name.lower().removesuffix(".gz").endswith(ENDINGS)]
 
 
-def _read_rig(
-    training: Sequence[Path], held_out: Sequence[Path], file: Path | None, start: float | None = None,
-    end: float | None = None,
-) -> Rig:  # fmt: skip
-    """Read the usable logs of a rig from ``start`` to ``end`` [s]; LogError if no log is left to fit to."""
+def _read_rig(training: Sequence[Path], held_out: Sequence[Path], file: Path | None) -> Rig:
+    """Read the usable logs of a rig; LogError if no log is left to fit to."""
     configuration = records.read_configuration(file) if file else None
     log_format = (configuration or RigConfiguration()).format
     usable, errors = dict[Path, Log](), dict[Path, LogError]()
     for path in (*training, *held_out):
         try:
-            records.check_moving([log := records.read_log(path, log_format, start, end)])
+            records.check_moving([log := records.read_log(path, log_format)])
             usable[path] = log
         except LogError as error:
             errors[path] = error

@@ -2,7 +2,7 @@
 
 from tests.faults.case import Fault
 from tests.faults.material import good, parameters
-from tests.faults.outputs import beside, inside
+from tests.faults.outputs import beside
 
 FOLLOW = "heli follow -p parameters.json"
 INTO = f"{FOLLOW} -o out"
@@ -19,8 +19,6 @@ FLIGHTS = (
     Fault("a name to listen on", parameters(), f"{FOLLOW} --listen lab:25000", "must be a numeric address"),
     Fault("a page where nothing can be served", parameters(), f"{FOLLOW} log.csv --serve 192.0.2.1:8042", "192.0.2.1:8042 cannot be served"),
     Fault("a rate out of range", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --rate 10", "50 to 2000 Hz are"),
-    Fault("the plant's parameters for the controller", parameters(), f"{PLAY} --controller parameters.json", "those of the PidController are needed"),
-    Fault("the twin's parameters in the folder of the flight", inside("parameters.json"), "heli follow log.csv -p out/parameters.json -o out", "out/parameters.json lies in the folder of the flight"),
     Fault("a folder where the flight's events go", beside(lambda out: (out / "events.json").mkdir()), PLAY, "events.json: Is a directory"),
     Fault("a link to nowhere where the recording goes", beside(lambda out: (out / "recorded.csv").symlink_to("/proc/none/x")), PLAY, "out/recorded.csv is there already"),
     Fault("a flight from behind the log's end", parameters(), f"{PLAY} --from 1e6", "nothing is left with start = 1e+06 s; the log"),

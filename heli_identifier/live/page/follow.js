@@ -128,7 +128,6 @@ function showView(view) {
   points = view.past;
   byId("title").textContent = view.title;
   byId("stream").textContent = view.stream;
-  byId("notice").textContent = view.notice;
   if (!view.values.length) return;
   const suspect = view.suspect ? `, likeliest: ${view.suspect}` : "";
   byId("state").textContent =
