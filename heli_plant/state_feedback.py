@@ -113,12 +113,6 @@ def start_feedback(pitch: float, elevation: float, travel: float, s: FeedbackSet
     return FeedbackState(deviation, Pair(), Rotors(), repeat_row(Rotors()))
 
 
-def start_sampled_feedback(pitch: float, elevation: float, travel: float, s: FeedbackSettings) -> SampledFeedback:
-    """Return the controller before its first sample; its voltages are those of the operating point."""
-    v_front, v_rear = saturate(s.hover.front, s.voltage_limit), saturate(s.hover.rear, s.voltage_limit)
-    return SampledFeedback(start_feedback(pitch, elevation, travel, s), 0, v_front, v_rear)
-
-
 def sample_and_hold(
     held: SampledFeedback, time: float, step: float, early: float, angles: Angles,
     references: tuple[float, float, float], added: Rotors, s: FeedbackSettings,
