@@ -63,8 +63,7 @@ class Pair(NamedTuple):
 _Row = TypeVar("_Row")
 Eight = tuple[_Row, _Row, _Row, _Row, _Row, _Row, _Row, _Row]
 """A matrix of one row for each state, or the voltages of the last :data:`MOST_DELAY` periods."""
-Two = tuple[_Row, _Row]
-"""A matrix of one row for each rotor."""
+Two = tuple[_Row, _Row]  # a matrix of one row for each rotor
 
 
 def repeat_row(row: _Row) -> Eight[_Row]:

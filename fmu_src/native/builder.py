@@ -29,7 +29,7 @@ from ..units import adaptive_identifier, controllers
 from ..variables import Variable
 from ..vendoring import content_guid
 from .toolchain import compile_all
-from .translator.program import Translation, functions, header, render_types, source
+from .translator.program import Translation, functions, header, render_types
 from .translator.types import Struct, annotation_type
 from .translator.values import literal
 
@@ -164,7 +164,9 @@ def _model(definition: Definition) -> tuple[str, str]:
         translation.translate_entry(*(entry if isinstance(entry, tuple) else (entry,)))
     if definition.settings is not None:
         translation.define_type(Struct(definition.settings))
-    return header(translation, annotation_type(definition.memory)), source(translation)
+    comment = "/* Translated from the Python sources of the unit; change those, not this file. */"
+    code = f'{comment}\n#include "model.h"\n\n{functions(translation)}'
+    return header(translation, annotation_type(definition.memory)), code
 
 
 def _sources(definition: Definition, unit: type[SlaveBase], variables: Sequence[Variable], fmi: int) -> dict[str, str]:
