@@ -16,9 +16,7 @@ from typing import Any, NamedTuple, Union
 
 Value = Union[float, int, bool, str]  # noqa: UP007 - evaluated, also by Python 3.9
 
-TYPES = {"Real": float, "Integer": int, "Boolean": bool, "String": str}
-"""Python type of each FMI type."""
-
+TYPES = {"Real": float, "Integer": int, "Boolean": bool, "String": str}  # Python type of each FMI type
 LARGEST = float_info.max  # default bound of a Real, which excludes infinities and NaN
 
 

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from itertools import product
 from os import PathLike
 from pathlib import Path
 
@@ -98,32 +99,25 @@ class Scenario:
         }
 
 
-def _wires(source: str, target: str, names: Iterable[str], out: str = "{}", into: str = "{}") -> dict[str, str]:
-    """Return a wire for each name, from the variable ``out`` of one unit to ``into`` of another, with ``{}`` filled."""
-    return {f"{target}.{into.format(name)}": f"{source}.{out.format(name)}" for name in names}
+def _wires(source: str, targets: str, names: Iterable[str], out: str = "{}", into: str = "{}") -> dict[str, str]:
+    """Return the wires from the variables ``out`` of a unit to ``into`` of each target; ``{}`` is one of the names."""
+    pairs = product(targets.split(), names)
+    return {f"{target}.{into.format(name)}": f"{source}.{out.format(name)}" for target, name in pairs}
 
 
 OPEN_LOOP = Scenario(
     "open_loop",
     "open-loop identification: Exciter -> HelicopterPlant -> AdaptiveIdentifier",
     (("exciter", "Exciter"), ("plant", "HelicopterPlant"), ("identifier", "AdaptiveIdentifier")),
-    {
-        **_wires("exciter", "plant", VOLTAGES),
-        **_wires("exciter", "identifier", VOLTAGES),
-        **_wires("plant", "identifier", AXES),
-    },
+    _wires("exciter", "plant identifier", VOLTAGES) | _wires("plant", "identifier", AXES),
 )
 CLOSED_LOOP = Scenario(
     "closed_loop",
     "closed loop: Exciter on top of PidController -> HelicopterPlant -> AdaptiveIdentifier",
     (OPEN_LOOP.units[0], ("controller", "PidController"), *OPEN_LOOP.units[1:]),
-    {
-        **_wires("exciter", "controller", ROTORS, "v_{}", "excitation_{}"),
-        **_wires("plant", "controller", AXES),
-        **_wires("controller", "plant", VOLTAGES),
-        **_wires("controller", "identifier", VOLTAGES),
-        **_wires("plant", "identifier", AXES),
-    },
+    _wires("exciter", "controller", ROTORS, "v_{}", "excitation_{}")
+    | _wires("controller", "plant identifier", VOLTAGES)
+    | _wires("plant", "controller identifier", AXES),
     # The controller has its own trim; the exciter's base voltage would be added to it. Least squares is wrong here.
     (("exciter.excitation.base", 0.0), ("identifier.method", "prediction_error")),
 )
@@ -154,13 +148,10 @@ FOLLOW = Scenario(
         ("corrector", "Corrector"),
         ("plant", "FollowingPlant"),
     ),
-    {
-        **_wires("player", "plant", VOLTAGES),
-        **_wires("player", "identifier", (*VOLTAGES, *AXES)),
-        **_wires("player", "corrector", (*VOLTAGES, *AXES)),
-        **_wires("player", "plant", AXES, into="measured.{}"),
-        **_wires("corrector", "plant", ("observer.bandwidth", *(f"correction.{name}" for name, _ in CORRECTED))),
-    },
+    _wires("player", "plant", VOLTAGES)
+    | _wires("player", "identifier corrector", (*VOLTAGES, *AXES))
+    | _wires("player", "plant", AXES, into="measured.{}")
+    | _wires("corrector", "plant", ("observer.bandwidth", *(f"correction.{name}" for name, _ in CORRECTED))),
     (
         ("identifier.method", "prediction_error"),
         ("identifier.adaptation.forgetting", 0.02),

@@ -16,11 +16,10 @@ Source: Anderson and Moore, Optimal Filtering, 1979, chapters 4 and 9.
 rotor loses a share of its thrust.
 """
 
-from collections.abc import Sequence
 from math import cos, exp, sqrt
 from typing import NamedTuple
 
-from .parameters import BY_FIELD, PlantParameters
+from .parameters import BY_FIELD
 from .plant import measured_angles
 from .state import PlantState, shift_motion
 
@@ -93,8 +92,3 @@ EFFECTS = (
 FIELDS = (*GAINS, "a_1", *DAMPINGS, *EFFECTS, "share_front", "share_rear")
 CORRECTED = tuple((BY_FIELD[field].name, BY_FIELD[field].unit) for field in FIELDS)
 """Name and unit of what is corrected."""
-
-
-def with_correction(p: PlantParameters, corrections: Sequence[float]) -> PlantParameters:
-    """Return ``p`` with the ``corrections`` of :data:`CORRECTED` added."""
-    return p._replace(**{field: getattr(p, field) + c for field, c in zip(FIELDS, corrections, strict=True)})

@@ -98,9 +98,7 @@ def _table_rows() -> Iterator[_Row]:
 
 
 BY_FIELD: dict[str, Parameter] = {row[0]: Parameter(*row) for row in (*_ROWS, *_effect_rows(), *_table_rows())}
-PARAMETERS = tuple(BY_FIELD.values())
-"""Every parameter, in the order of the fields."""
-
+PARAMETERS = tuple(BY_FIELD.values())  # in the order of the fields
 BY_NAME: dict[str, Parameter] = {row.name: row for row in PARAMETERS}
 
 _named: Any = namedtuple  # a type checker only knows fields that are literals

@@ -37,11 +37,6 @@ from .parameters import PlantParameters
 from .state import PlantState
 
 
-def mass_after(position: float, command: float, h: float, p: PlantParameters) -> float:
-    """Return the position [m] of the mass after ``h`` [s] on its way from ``position`` to ``command`` [m]."""
-    return position + saturate(saturate(command, p.ado_travel) - position, p.ado_speed * h)
-
-
 def accelerations(
     t: float, th: float, ep: float, la: float, w_th: float, w_ep: float, w_la: float, mu_diff: float, mu_sum: float,
     mass_position: float, cable_rest: float, switches: tuple[bool, bool, bool], p: PlantParameters,
@@ -92,7 +87,7 @@ def step(
     th, ep, la, w1, w2, w3, nu_front, nu_rear, bending, bending_rate, x, rest = state
     switches = switched_on(p)
     hh, t_mid, t_end = 0.5 * h, t + 0.5 * h, t + h
-    x = mass_after(x, mass_command, h, p)
+    x = x + saturate(saturate(mass_command, p.ado_travel) - x, p.ado_speed * h)
 
     decay = decay_factor(hh, motor_time_constant(p))
     u_front, u_rear = motor_input(v_front, p), motor_input(v_rear, p)

@@ -134,13 +134,6 @@ def simulate(
     return states, 0.0 - errors
 
 
-def run_alone(
-    inputs: Array, step: float, start: Array, parameters: PlantParameters, torque: Array | None = None
-) -> Array:
-    """Return the angles (N, 3) [rad] of :func:`simulate`."""
-    return simulate(inputs, step, start, parameters, torque)[1]
-
-
 def run_accelerations(
     record: Any, plants: Sequence[PlantParameters], motion: Array, first: int = 0, carry: Array | None = None
 ) -> tuple[Array, Array]:

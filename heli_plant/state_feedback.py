@@ -63,8 +63,7 @@ class Pair(NamedTuple):
 _Row = TypeVar("_Row")
 Eight = tuple[_Row, _Row, _Row, _Row, _Row, _Row, _Row, _Row]
 """A matrix of one row for each state, or the voltages of the last :data:`MOST_DELAY` periods."""
-Two = tuple[_Row, _Row]
-"""A matrix of one row for each rotor."""
+Two = tuple[_Row, _Row]  # a matrix of one row for each rotor
 
 
 def repeat_row(row: _Row) -> Eight[_Row]:
@@ -111,12 +110,6 @@ def start_feedback(pitch: float, elevation: float, travel: float, s: FeedbackSet
     """Return the first state: the rig rests at these angles [rad] under the voltages of the operating point."""
     deviation = Motion(pitch - s.point.pitch, elevation - s.point.elevation, travel - s.point.travel)
     return FeedbackState(deviation, Pair(), Rotors(), repeat_row(Rotors()))
-
-
-def start_sampled_feedback(pitch: float, elevation: float, travel: float, s: FeedbackSettings) -> SampledFeedback:
-    """Return the controller before its first sample; its voltages are those of the operating point."""
-    v_front, v_rear = saturate(s.hover.front, s.voltage_limit), saturate(s.hover.rear, s.voltage_limit)
-    return SampledFeedback(start_feedback(pitch, elevation, travel, s), 0, v_front, v_rear)
 
 
 def sample_and_hold(

@@ -183,8 +183,8 @@ def test_degrees_column_order_further_columns_and_a_byte_order_mark_are_taken(tm
         "\ufefftravel [deg],note,time [s],pitch [deg],elevation [rad],v_rear [V],v_front [V]\n"
         "180,start,0,-7.8,.1,2,1\n".encode()
     )
-    recording = read_recording(str(path))
-    assert recording.rows[0] == pytest.approx((1.0, 2.0, math.radians(-7.8), 0.1, math.pi), rel=1e-15)
+    _, rows = read_recording(str(path))
+    assert rows[0] == pytest.approx((1.0, 2.0, math.radians(-7.8), 0.1, math.pi), rel=1e-15)
 
 
 @pytest.mark.parametrize(("lines", "message"), [

@@ -28,7 +28,7 @@ from heli_identifier.live.session import Journal, Session
 from heli_identifier.live.sources import Player, send
 from heli_identifier.records import CONTRACT, Log, LogFormat, demo_files, read_log
 from heli_plant.parameters import TABLE_2
-from heli_plant.simulation import run_alone
+from heli_plant.simulation import simulate
 from tests.diagnosis_example import parameter_set
 from tests.simulated import COUNT, drive, process_noise, start_at_rest
 from tests.test_files import files_of_at_most
@@ -209,7 +209,7 @@ def test_a_rig_at_1_khz_whose_plant_is_the_twins_raises_no_alarm(tmp_path):
     """In usual air: its encoders give ten samples in the time of which the twin's observer takes one."""
     voltages, air = (np.repeat(of_10_ms, 10, axis=0) for of_10_ms in (drive(60.0, 3), process_noise(6000, 3, 0.012)))
     start = np.array(start_at_rest(TABLE_2, voltages), dtype=float)
-    angles = run_alone(voltages, 0.001, start, TABLE_2, air)
+    _, angles = simulate(voltages, 0.001, start, TABLE_2, air)
     counts = np.round(angles / COUNT + 0.25 * np.random.default_rng(0).standard_normal(angles.shape))
     session = Session(tmp_path / "flight", parameter_set())
     session.run(Player(Log("fast", 1000.0, voltages, COUNT * counts)), lambda: False, lambda view: None)

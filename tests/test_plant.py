@@ -14,7 +14,7 @@ from heli_plant.compiled import compile_function, parameter_record
 from heli_plant.laws import motor_input, switched_on, thrust_voltages
 from heli_plant.motor import approach, decay_factor, mean_held, remember, saturate
 from heli_plant.parameters import TABLE_2
-from heli_plant.plant import accelerations, delayed_input, mass_after, measured_angles, rigid_start, step
+from heli_plant.plant import accelerations, delayed_input, measured_angles, rigid_start, step
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, rest_state, start_state
 
@@ -77,12 +77,13 @@ def test_voltages_are_clipped_both_ways_and_beyond_the_limit_act_as_the_limit(v_
 
 def test_moving_mass_travels_at_the_lead_screws_speed_to_its_goal_and_shifts_the_elevations_rest():
     p = TABLE_2
-    x = [0.0]
+    states = [START]
     for _ in range(300):
-        x.append(mass_after(x[-1], 0.1, 0.01, p))
+        states.append(step(states[-1], 0.0, 0.0, 0.1, 0.0, 0.01, p))
+    x = [state.mass_position for state in states]
     assert np.diff(x).max() == pytest.approx(p.ado_speed * 0.01)
     assert x[100] == pytest.approx(0.05) and x[-1] == 0.1
-    assert mass_after(0.25, 5.0, 1.0, p) == p.ado_travel  # its end
+    assert step(START._replace(mass_position=0.25), 0.0, 0.0, 5.0, 0.0, 1.0, p).mass_position == p.ado_travel  # its end
     p = TABLE_2._replace(a_wz=2.0)  # so that an oscillation has decayed by exp(-30)
     for x in (0.2, -0.2):
         state = run(rest_state(p), 30.0, 0.01, p, 0.0, 0.0, command=x)

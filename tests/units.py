@@ -15,7 +15,7 @@ from fmpy import read_model_description
 
 from fmu_src import build
 from fmu_src.native.toolchain import LINUX, find_compiler
-from fmu_src.native.translator.program import header, source
+from fmu_src.native.translator.program import functions, header
 from tests.commands import run_program
 
 HOSTS = Path(__file__).parent / "hosts"
@@ -40,7 +40,7 @@ def require_compiler(target=LINUX):
 def load_library(folder, translation):
     """Compile translated functions and load them."""
     (folder / "model.h").write_text(header(translation))
-    (folder / "model.c").write_text(source(translation))
+    (folder / "model.c").write_text(f'#include "model.h"\n{functions(translation)}')
     sources, flags = (folder / "model.c", RUNTIME / "memory.c"), (*LIBRARY, "-Wextra", "-Wno-unused-parameter")
     return ctypes.CDLL(str(compile_c(c_compiler(), sources, folder / "model.so", *flags, f"-I{RUNTIME}")))
 

@@ -2,29 +2,120 @@
 
 They are the sources (written by hand, translated, or generated from the unit's definition), the description with which
 an importer compiles them, and binaries for every platform with a compiler. Names, causalities and start values are
-those of the pythonfmu unit.
+those of the pythonfmu unit. The table of definitions says which functions are translated for each unit, and which files
+are written by hand.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib.resources import files
 from typing import Any
 
+from heli_identifier import online
+from heli_identifier.online import excitation
+from heli_plant import communication, control, laws, motor, plant, state, state_feedback
+from heli_plant.parameters import PlantParameters
 from heli_plant.state_feedback import FeedbackSettings, feedback_step, start_feedback
 
+from .. import slave_base
 from ..description import TOOL, render, render_xml
 from ..errors import BuildError
 from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, SlaveBase
+from ..units import adaptive_identifier, controllers
 from ..variables import Variable
 from ..vendoring import content_guid
-from .definitions import DEFINITIONS, MODEL_EXCHANGE, Definition
 from .toolchain import compile_all
-from .translator.program import Translation, functions, header, render_types, source
+from .translator.program import Translation, functions, header, render_types
 from .translator.types import Struct, annotation_type
 from .translator.values import literal
+
+
+@dataclass(frozen=True, eq=False)
+class Definition:
+    """A unit in C."""
+
+    files: tuple[str, ...]  # in C; the first connects the translated functions with the unit's variables
+    entries: tuple[Any, ...] = ()  # functions that it calls; in a tuple with types that replace or add annotations
+    settings: type | None = None  # struct that is filled from the variables that name a field of it
+    memory: Any = type(None)  # annotation of the unit's memory between steps
+    externals: Mapping[Callable[..., Any], str] = field(default_factory=dict)  # names in C of functions by hand
+    states: tuple[tuple[str, str, float], ...] = ()  # of Model Exchange: name, unit and nominal value of each
+
+    @property
+    def state_variables(self) -> tuple[Variable, ...]:
+        """The states, which follow the unit's variables, and then their derivatives."""
+        states = tuple(
+            Variable(f"state.{name}", "local", f"continuous state: {name.replace('_', ' ')}", unit=unit, nominal=size)
+            for name, unit, size in self.states
+        )
+        return states + tuple(  # rad/s becomes rad/s^2
+            Variable(f"der({x.name})", "local", f"derivative of {x.name}", unit=f"{x.unit}/s".replace("/s/s", "/s^2"))
+            for x in states
+        )
+
+
+_PARAMETERS = {"p": PlantParameters}
+_PLANT = Definition(
+    ("plant.c", "plant.h"),
+    (
+        communication.start_memory, communication.communicate, communication.is_finite, communication.read_sensors,
+        state.start_state, (laws.motor_time_constant, _PARAMETERS), (laws.input_delay, _PARAMETERS),
+        slave_base.check_substeps,
+    ),
+    PlantParameters,
+    communication.PlantMemory,
+)  # fmt: skip
+
+DEFINITIONS = {
+    "HelicopterPlant": _PLANT,
+    "AdaptiveIdentifier": Definition(
+        ("identifier.c",),
+        (
+            online.prepare, online.is_due, online.next_due, online.take_sample, online.begin_sampling,
+            online.before_samples, online.default_settings, online.is_closed, adaptive_identifier.output_values,
+            adaptive_identifier.check_estimate, slave_base.check_substeps,
+            (online.IdentifierSettings.__post_init__, {"self": online.IdentifierSettings}),
+        ),
+        online.IdentifierSettings,
+        online.Sampled | None,
+    ),
+    "PidController": Definition(
+        ("pid.c",),
+        (controllers.pid_voltages, motor.saturate),
+        control.PidSettings,
+        control.PidState | None,
+    ),
+    "StateFeedback": Definition(
+        ("state_feedback.c",),
+        (controllers.feedback_voltages, motor.saturate),
+        state_feedback.FeedbackSettings,
+        state_feedback.SampledFeedback | None,
+    ),
+    "Exciter": Definition(
+        ("exciter.c", "mersenne.c"),
+        (
+            (excitation.SquareChirp.at, {"self": excitation.SquareChirp}), excitation.paper_channels,
+            excitation.multisine_components, excitation.multisine_value, excitation.check_bounds, excitation.combine,
+        ),
+        externals={excitation.phases: "phases"},
+    ),
+    "LogPlayer": Definition(("player.c",), (slave_base.time_tolerance,)),  # its file is read in C
+}  # fmt: skip
+"""By the unit's name."""
+
+MODEL_EXCHANGE = {
+    "HelicopterPlant": replace(
+        _PLANT,
+        files=(*_PLANT.files, "plant_exchange.c"),
+        entries=(*_PLANT.entries, plant.rates_of_change, (laws.next_step_time, {"time": float} | _PARAMETERS)),
+        states=plant.STATES,
+    ),
+}
+"""Units that have Model Exchange beside co-simulation; their last file connects states, rates and events."""
 
 NATIVE_UNITS = tuple(DEFINITIONS)
 """Units that exist in C; the others run in Python only."""
@@ -47,8 +138,8 @@ def native_unit(
         names = ", ".join(DEFINITIONS)
         raise BuildError(f"{unit} runs in Python only; there is C for {names}. Leave native away for it")
     if model_exchange and unit not in MODEL_EXCHANGE:
-        names = ", ".join(MODEL_EXCHANGE)
-        raise BuildError(f"{unit} has no model exchange, because it works at sampling instants; {names} has")
+        (name,) = MODEL_EXCHANGE
+        raise BuildError(f"{unit} has no model exchange, because it works at sampling instants; {name} has")
     definition = (MODEL_EXCHANGE if model_exchange else DEFINITIONS)[unit]
     variables += definition.state_variables
     sources = _sources(definition, kind, variables, fmi)
@@ -73,7 +164,9 @@ def _model(definition: Definition) -> tuple[str, str]:
         translation.translate_entry(*(entry if isinstance(entry, tuple) else (entry,)))
     if definition.settings is not None:
         translation.define_type(Struct(definition.settings))
-    return header(translation, annotation_type(definition.memory)), source(translation)
+    comment = "/* Translated from the Python sources of the unit; change those, not this file. */"
+    code = f'{comment}\n#include "model.h"\n\n{functions(translation)}'
+    return header(translation, annotation_type(definition.memory)), code
 
 
 def _sources(definition: Definition, unit: type[SlaveBase], variables: Sequence[Variable], fmi: int) -> dict[str, str]:

@@ -134,9 +134,11 @@ def feedback_voltages(
     pitch, elevation, travel, more_front, more_rear = inputs
     early = time_tolerance(time, since, step)
     references = control.step_references(given[:3], given[3:6], since, given[6] - early)
-    before = state_feedback.start_sampled_feedback(pitch, elevation, travel, s) if held is None else held
+    if held is None:  # before the first sample its voltages are those of the operating point
+        start, limit = state_feedback.start_feedback(pitch, elevation, travel, s), s.voltage_limit
+        held = state_feedback.SampledFeedback(start, 0, saturate(s.hover.front, limit), saturate(s.hover.rear, limit))
     angles, added = state_feedback.Angles(pitch, elevation, travel), state_feedback.Rotors(more_front, more_rear)
-    return state_feedback.sample_and_hold(before, since, step, early, angles, references, added, s)
+    return state_feedback.sample_and_hold(held, since, step, early, angles, references, added, s)
 
 
 class StateFeedback(SlaveBase):

@@ -80,7 +80,8 @@ class HelicopterPlant(SlaveBase):
         if values != self._used_values:
             parameters, corrections = self.settings(PlantParameters()), self.values[self._corrections]
             if any(corrections):
-                parameters = observer.with_correction(parameters, corrections)
+                pairs = zip(observer.FIELDS, corrections, strict=True)
+                parameters = parameters._replace(**{field: getattr(parameters, field) + c for field, c in pairs})
             self.parameters = in_slots(check_parameters(parameters))
             self.delay, self._used_values = input_delay(self.parameters), values
 

@@ -11,7 +11,7 @@ import os
 import re
 from bisect import bisect_right
 from math import inf, isfinite, nan, radians
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 from ..errors import Refusal
 from ..slave_base import SlaveBase, time_tolerance
@@ -31,13 +31,6 @@ _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _QUOTED_LENGTH = 300  # characters of the file that a message quotes
 
 
-class Recording(NamedTuple):
-    """A log in SI units; times [s] count from the first row."""
-
-    times: tuple[float, ...]
-    rows: tuple[tuple[float, ...], ...]
-
-
 class LogPlayer(SlaveBase):
     """Shows at each time the last row of the log up to that time; after the end, the last row."""
 
@@ -51,7 +44,7 @@ class LogPlayer(SlaveBase):
 
     def initialise(self, time: float) -> None:
         """Read the log and show its first row."""
-        self.recording = read_recording(self.value("log.path"))
+        self.times, self.rows = read_recording(self.value("log.path"))
         self._show(time, inf)
 
     def advance(self, time: float, step_size: float) -> None:
@@ -59,21 +52,21 @@ class LogPlayer(SlaveBase):
         self._show(time + step_size, step_size)
 
     def _show(self, time: float, step: float) -> None:
-        elapsed, times = time - self.start_time, self.recording.times
+        elapsed, times = time - self.start_time, self.times
         since_first = elapsed + self.value("log.start")
         later = bisect_right(times, since_first, 1)
         if later < len(times):
             interval = times[later] - times[later - 1]
             later += times[later] - since_first <= time_tolerance(time, elapsed, min(step, interval))
-        self.show(self.recording.rows[later - 1])
+        self.show(self.rows[later - 1])
 
 
-def read_recording(path: str) -> Recording:
-    """Read a CSV log; Refusal, with file, row and column, if it cannot be played."""
+def read_recording(path: str) -> tuple[list[float], list[list[float]]]:
+    """Return times [s] from the first row on and rows [SI] of a CSV log; Refusal, with row and column, if it is bad."""
     header, *lines = _read_text(path).split("\n")
     columns = _find_columns(path, header)
     times: list[float] = []
-    rows: list[tuple[float, ...]] = []
+    rows: list[list[float]] = []
     for number, line in enumerate(lines, 2):
         if not line.strip(_BLANKS):
             continue
@@ -88,10 +81,10 @@ def read_recording(path: str) -> Recording:
             problem = f"time = {row[0]:g} s must be greater than {times[-1]:g} s, the time of the row before"
             raise Refusal(f"the log {path}, row {number}: {problem}")
         times.append(row[0])
-        rows.append(tuple(row[1:]))
+        rows.append(row[1:])
     if not rows:
         raise Refusal(f"the log {path} has no rows below its header")
-    return Recording(tuple(time - times[0] for time in times), tuple(rows))
+    return [time - times[0] for time in times], rows
 
 
 def _read_text(path: str) -> str:

@@ -4,9 +4,6 @@ from .campaign import diagnose_source as diagnose_source
 from .campaign import run_campaign as run_campaign
 from .campaign import summarise_rows as summarise_rows
 from .controller import design_controller as design_controller
-from .design_files import controller_m as controller_m
-from .design_files import design_table as design_table
-from .design_files import step_figure as step_figure
 from .experiment import Limits as Limits
 from .experiment import experiment_table as experiment_table
 from .experiment import find_effects as find_effects
@@ -21,6 +18,9 @@ from .fleet_page import fleet_tables as fleet_tables
 from .flight import flight_outlooks as flight_outlooks
 from .flight import flight_table as flight_table
 from .judging import Design as Design
+from .judging import controller_m as controller_m
+from .judging import design_table as design_table
+from .judging import step_figure as step_figure
 from .loop import check_closed_loop as check_closed_loop
 from .loop import controller_parameters as controller_parameters
 from .loop import read_controller as read_controller

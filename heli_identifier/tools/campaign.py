@@ -59,9 +59,7 @@ LOCAL = {
 
 CONNECTING = 60.0  # time limit [s] for a scheduler to answer, and then for its first worker
 
-Row = dict[str, Any]
-"""What :func:`.rigs.summarise_diagnosis` returns, or the text of an ``error``, with the key."""
-
+Row = dict[str, Any]  # what :func:`.rigs.summarise_diagnosis` returns, or the text of an ``error``, with the key
 KEYS = ("rig", "key", "error", "verdict", "effects", "parameters_after", "seconds")
 """Keys of every complete row; a missing value is None."""
 

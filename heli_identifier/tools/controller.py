@@ -6,14 +6,13 @@ factors of :data:`WEIGHT_FACTOR` until 95 % of the drawn plants keep the require
 :data:`ROBUST` of the plants and compared with the present one.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 from math import isfinite
 from typing import Any
 
 import numpy as np
 
-from heli_identifier.errors import ConfigurationError, refuse
+from heli_identifier.errors import refuse
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import GAIN_OF, ParameterSet, Use
 from heli_identifier.tools import margins
@@ -31,15 +30,6 @@ SECOND_ANGLES = ("pitch", "travel")  # angles that may be controlled in addition
 DRAWS, SEARCHED = 1000, 200  # drawn plants with which a design is judged, and with which a robust one is searched
 ROBUST = 30  # drawn plants for which a PID is retuned
 WEIGHT_FACTOR, MOST_FACTORS = 1.5, 24  # factor by which the weight of the voltages is raised, and how often at most
-
-
-def _check_usable(parameters: ParameterSet, axes: Sequence[str]) -> None:
-    """Refuse a plant with one of ``axes`` that the diagnosis does not call fit for control; say what to fly."""
-    if unfit := [axis for axis in axes if axis in parameters.axes_for(Use.NOTHING, Use.PREDICTION)]:
-        flights = " ".join(f"For the {axis}: {Rig.experiments[GAIN_OF[axis]]}" for axis in unfit)
-        raise ConfigurationError(
-            f"the diagnosis does not call the {' and the '.join(unfit)} of these parameters fit for control. {flights}"
-        )
 
 
 def design_controller(
@@ -68,13 +58,17 @@ def design_controller(
         f"a pitch of {pitch:g} rad cannot be held while the travel is controlled; leave it out, or control the pitch "
         "in place of the travel.",
     )
-    _check_usable(parameters, (*LOOPS, *(("travel",) if with_travel else ())))
+    used = (*LOOPS, *(("travel",) if with_travel else ()))
+    unfit = [axis for axis in used if axis in parameters.axes_for(Use.NOTHING, Use.PREDICTION)]
+    flights = " ".join(f"For the {axis}: {Rig.experiments[GAIN_OF[axis]]}" for axis in unfit)
+    what = f"the {' and the '.join(unfit)} of these parameters"
+    refuse(bool(unfit), f"the diagnosis does not call {what} fit for control. {flights}")
     plants = allowed_plants(parameters, None if with_travel else pitch, elevation, aim.period, draws, progress)
     model, notes = plants.model, [*plants.notes]
     progress("designing", 0.6)
     if kind == "pid":
         design = _retune_pid(plants, aim.pid, with_travel, axes, progress)
-        checked, remedy = design.robust, ", ".join(wrong_signs(parameters)) or "take --kind lqi"
+        remedy = ", ".join(wrong_signs(parameters)) or "take --kind lqi"
     else:
         integral = kind == "lqi"
         nominal = design_feedback(model, aim, other, integral)
@@ -87,9 +81,9 @@ def design_controller(
         judged_nominal = judge_controller(plants, nominal, axes)
         judged_robust = judged_nominal if robust == nominal else judge_controller(plants, robust, axes)
         design = Design(kind, axes, plants, judged_nominal, judged_robust, robust, ())
-        checked, remedy = design.robust, "lower the weights of the angles, or sample faster"
+        remedy = "lower the weights of the angles, or sample faster"
     unstable = "the designed loop is unstable on the identified plant, with its delay and bending"
-    refuse(not checked.is_stable, f"{unstable}; {remedy}.")
+    refuse(not design.robust.is_stable, f"{unstable}; {remedy}.")
     for axis in axes:
         if not isfinite(design.robust.figures[f"{axis}.settling"].promised):
             advice = "--kind lqi takes away what an LQR leaves; a higher --elevation moves the travel more"

@@ -28,7 +28,7 @@ from heli_plant.communication import EncoderCounts
 from heli_plant.effects import CATALOGUE, Effect
 from heli_plant.errors import did_you_mean
 from heli_plant.parameters import PlantParameters
-from heli_plant.simulation import Array, run_alone
+from heli_plant.simulation import Array, simulate
 from heli_plant.state import rest_state
 
 STEP = 0.01  # sampling period [s]
@@ -171,7 +171,7 @@ def fly_proposal(
     """Simulate one proposal from the equilibrium under its first voltages; None if it breaks a limit."""
     signal, fields = proposal.voltages(duration), [effect.field for effect in effects]
     start = np.array(rest_state(parameters, float(signal[0].sum())), dtype=float)
-    angles = round_to_counts(run_alone(signal, STEP, start, parameters, air_torque(len(signal))))
+    angles = round_to_counts(simulate(signal, STEP, start, parameters, air_torque(len(signal)))[1])
     if (largest := limits.largest_motion(angles)) is None:
         return None
     # the quadratic form of the likelihood around the plant without the effects in question

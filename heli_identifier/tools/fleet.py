@@ -37,8 +37,7 @@ from heli_plant.effects import effect
 
 FALSE_DISCOVERY_RATE = 0.005
 
-SCHEMA = "heli-fleet/1"
-"""Of fleet.json."""
+SCHEMA = "heli-fleet/1"  # of fleet.json
 
 
 class Finding(StrEnum):

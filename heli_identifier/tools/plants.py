@@ -16,9 +16,7 @@ from heli_identifier.tracing import Progress, sign_notes
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD, PlantParameters, from_names
 
-SCHEMA = "heli-linear-model/3"
-"""Of linear_model.json."""
-
+SCHEMA = "heli-linear-model/3"  # of linear_model.json
 ROUNDING = 1e-9  # largest slope that is due to rounding
 FEW = 60  # drawn plants with which the ends of a 95 % interval are known to a tenth of its width
 

@@ -145,8 +145,7 @@ def design_feedback(
         gains, cost, poles = control.dlqr(A, B, Q, R, integral_action=period * S if integral else None)
         kalman_gain, _, filter_poles = control.dlqe(A, noise, counts, W, V)
         steady = np.linalg.solve(
-            np.block([[A - np.eye(n), B], [S, np.zeros((2, 2))]]),
-            np.vstack((np.zeros((n, 2)), np.eye(2))),
+            np.block([[A - np.eye(n), B], [S, np.zeros((2, 2))]]), np.vstack((np.zeros((n, 2)), np.eye(2)))
         )
     except (ValueError, np.linalg.LinAlgError, control.ControlArgument) as error:
         raise ConfigurationError(

@@ -19,7 +19,7 @@ from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, effect
 from heli_plant.effects import Effect as Law
 from heli_plant.laws import motor_input, thrust_voltage
 from heli_plant.parameters import BY_FIELD, PlantParameters
-from heli_plant.simulation import ALONE, run_accelerations, run_alone, run_filter
+from heli_plant.simulation import ALONE, run_accelerations, run_filter, simulate
 from heli_plant.state import PlantState
 from heli_plant.tabulated_torque import KNOTS, VARIABLES
 
@@ -149,7 +149,7 @@ class Rig:
     filter = staticmethod(run_filter)
     still: ClassVar = ALONE
     accelerations = staticmethod(run_accelerations)
-    simulate = staticmethod(run_alone)
+    simulate = staticmethod(lambda *given: simulate(*given)[1])  # the angles
     initial_state = staticmethod(record_start)
     readings = staticmethod(arm_readings)
     state_in_motion = staticmethod(state_in_motion)

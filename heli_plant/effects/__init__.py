@@ -7,20 +7,7 @@ its footnote on thrust asymmetry; eq. (1); LAAS report 18040.
 
 # ruff: noqa: F401 - this is the door
 from . import friction, rotors, arm  # noqa: I001 - this order is that of the parameters
-from .definition import (
-    ACCELERATION,
-    AXES,
-    BENDING,
-    DECLARED,
-    DELAY,
-    LAG,
-    ROTORS,
-    STEP_TIMES,
-    THRUST,
-    VOLTAGE,
-    Effect,
-    Shape,
-)
+from .definition import ACCELERATION, AXES, BENDING, DECLARED, DELAY, LAG, ROTORS, STEP_TIMES, THRUST, VOLTAGE, Effect
 
 CATALOGUE = tuple(DECLARED)
 """Every effect on every axis that it acts on."""

@@ -103,8 +103,7 @@ class Effect:
 
 Law = TypeVar("Law", bound=Callable[..., float])
 
-DECLARED: list[Effect] = []
-"""Every effect on every axis, in the order of the files and in the files."""
+DECLARED: list[Effect] = []  # every effect on every axis, in the order of the files and in the files
 
 
 def declared(

@@ -2,7 +2,7 @@
 
 translation = Translation()
 entry = translation.translate_entry(function)       Untranslatable: file, line and reason
-header(translation), source(translation)            text
+header(translation), functions(translation)         text
 """
 
 from __future__ import annotations
@@ -149,9 +149,3 @@ def functions(translation: Translation, is_alone: bool = False) -> str:
     """Return all functions, each after those that it calls; ``is_alone`` makes all static."""
     bodies = [body for body in translation.functions.values() if not body.is_external]
     return "\n".join(_text(body, is_alone or body not in translation.entries) for body in bodies)
-
-
-def source(translation: Translation) -> str:
-    """Return the source file of a program."""
-    comment = "/* Translated from the Python sources of the unit; change those, not this file. */"
-    return f'{comment}\n#include "model.h"\n\n{functions(translation)}'
