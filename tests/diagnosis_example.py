@@ -6,7 +6,7 @@ import numpy as np
 
 from heli_identifier import results, tracing
 from heli_identifier.online import Estimate, ModelParameters
-from heli_identifier.online.excitation import paper_excitation
+from heli_identifier.online.excitation import Excitation, paper_channels
 from heli_identifier.provenance import provenance
 from heli_identifier.records import Log
 from heli_identifier.results import PLANT, ParameterSet, plant_values
@@ -24,7 +24,7 @@ AFTER = TABLE_2._replace(dry_friction_pitch=FRICTION.value)
 
 def simulated_log(seconds=20.0, seed=0, parameters=AFTER, name="run"):
     """A log of a plant with dry friction: the paper's excitation, white noise of a quarter of a count."""
-    held, angles, _ = simulate_record(seconds, paper_excitation(1), parameters, encoders=False)
+    held, angles, _ = simulate_record(seconds, Excitation(0.5, *paper_channels(1, "both")), parameters, encoders=False)
     return Log(name, 1.0 / H, held, angles + np.random.default_rng(seed).normal(0.0, 4e-4, angles.shape))
 
 

@@ -119,8 +119,8 @@ def sampled(signal, seconds):
 
 
 def test_the_difference_drives_pitch_and_the_total_drives_elevation():
-    pitch = excitation.paper_excitation(1, "difference", base=1.5)
-    elevation = excitation.paper_excitation(1, "total", base=0.5)
+    pitch = Excitation(1.5, *excitation.paper_channels(1, "difference"))
+    elevation = Excitation(0.5, *excitation.paper_channels(1, "total"))
     for t in (0.0, 3.3, 12.7, 25.0):
         front, rear = excitation.voltages(t, pitch)
         assert isclose(front - rear, excitation.SquareChirp().at(t), abs_tol=1e-15)
@@ -167,8 +167,8 @@ def test_a_multisine_has_its_rms_and_only_its_tones_and_a_seed_fixes_it():
     (lambda: excitation.SquareChirp(high=nan), "square.high = nan V"),
     (lambda: excitation.Multisine(highest=0.01), "multisine.highest = 0.01 Hz must lie in"),
     (lambda: excitation.Excitation(base=6.0), "excitation.base = 6.0 V must lie in"),
-    (lambda: excitation.paper_excitation(3), "experiment = 3 must be 1 or 2"),
-    (lambda: excitation.paper_excitation(1, "sum"), "channel = 'sum'"),
+    (lambda: excitation.paper_channels(3, "both"), "experiment = 3 must be 1 or 2"),
+    (lambda: excitation.paper_channels(1, "sum"), "channel = 'sum'"),
     (lambda: IdentifierSettings(gain_limit=nan), "adaptation.gain_limit = nan must be positive"),
     (lambda: IdentifierSettings(initial=ModelParameters(k_x=nan)), "initial.k_x = nan"),
 ])  # fmt: skip

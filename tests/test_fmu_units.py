@@ -14,7 +14,7 @@ from fmu_src.units.exciter import Exciter
 from fmu_src.units.helicopter_plant import HelicopterPlant
 from fmu_src.units.log_player import LogPlayer, read_recording
 from heli_identifier.online import IdentifierSettings, ModelParameters
-from heli_identifier.online.excitation import Excitation, Multisine, paper_excitation, voltages
+from heli_identifier.online.excitation import Excitation, Multisine, paper_channels, voltages
 from heli_plant.parameters import TABLE_2
 from tests.simulated import closed_loop_log, run_identifier
 from tests.units import get_values, initialise, set_value
@@ -31,7 +31,7 @@ def started(kind, **parameters):
 @pytest.mark.parametrize(("number", "channel"), enumerate(["both", "difference", "total"]))
 def test_the_exciter_plays_the_papers_experiments_and_the_librarys_multisines(experiment, number, channel):
     unit = started(Exciter, excitation__experiment=experiment, excitation__channel=number, excitation__base=0.7)
-    expected = paper_excitation(experiment, channel, 0.7)
+    expected = Excitation(0.7, *paper_channels(experiment, channel))
     assert tuple(get_values(unit, "v_front", "v_rear")) == voltages(0.0, expected)
     for time in (0.0, 3.3, 17.25, 39.99):
         unit.do_step(time, 0.01)

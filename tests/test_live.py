@@ -177,7 +177,7 @@ def test_a_log_is_sent_at_its_own_instants():
         rig.bind(("127.0.0.1", 0))
         rig.settimeout(LONGEST)
         began = monotonic()
-        send(log, f"127.0.0.1:{rig.getsockname()[1]}", 0.5)
+        send(log, f"127.0.0.1:{rig.getsockname()[1]}", 0.5, lambda what, share: None)
         assert monotonic() - began >= 0.38
         assert [rig.recv(100)[:8] for _ in range(20)] == [encode(Datagram(k, 0.0, (0.0,) * 5))[:8] for k in range(20)]
 

@@ -13,7 +13,7 @@ from fmu_src import SCENARIOS, MasterError, Scenario, WiringError
 from fmu_src.master import run, run_apart
 from heli_identifier.following import FollowPlan, FollowSettings, Sample, correct, start_correcting
 from heli_identifier.online import IdentifierSettings, output_of, prepare, start, step
-from heli_identifier.online.excitation import paper_excitation, voltages
+from heli_identifier.online.excitation import Excitation, paper_channels, voltages
 from heli_identifier.records import Log, write_log
 from heli_plant.communication import quantise
 from heli_plant.control import PidSettings, pid_step, start_pid
@@ -46,7 +46,7 @@ def ran(fmus):
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
     """A log of 20 s of the simulated plant, written with all digits."""
-    held, angles, _ = simulate_record(20.01, paper_excitation(1), encoders=False)
+    held, angles, _ = simulate_record(20.01, Excitation(0.5, *paper_channels(1, "both")), encoders=False)
     return write_log(Log("log", 1.0 / H, held, angles), tmp_path_factory.mktemp("log") / "log.csv"), held
 
 
@@ -59,7 +59,7 @@ def test_in_real_time_no_step_is_taken_before_it_is_due_and_progress_goes_to_the
 
 def test_every_unit_of_the_open_loop_shows_what_the_library_gives_and_results_read_back_to_the_bit(ran, tmp_path):
     shown = ran("open_loop", 30.0, H, {"identifier.adaptation.hold_time": 2.0})
-    held, excitation = shown.columns("exciter.v_front", "exciter.v_rear"), paper_excitation(1)
+    held, excitation = shown.columns("exciter.v_front", "exciter.v_rear"), Excitation(0.5, *paper_channels(1, "both"))
     # the exciter shows the signal of t_k at t_k: it forms t_k as (k - 1) H + H, one rounding error of time, times the
     # chirp's 2.5 V/s
     assert np.abs(held - [voltages(k * H, excitation) for k in range(3001)]).max() < 1e-12

@@ -14,7 +14,7 @@ from scipy.integrate import quad_vec
 from heli_identifier.online import IdentifierSettings, ModelParameters, prepare
 from heli_identifier.online import linear_algebra as algebra
 from heli_identifier.online.adaptation import AxisState, adapt_axis, gain_matrix, initial_factor
-from heli_identifier.online.excitation import paper_excitation
+from heli_identifier.online.excitation import Excitation, paper_channels
 from heli_identifier.online.signals import advance_signals, regressions, settled_signals
 from heli_identifier.online.state_filter import discretise, filter_lagged, filter_line
 from heli_plant.parameters import TABLE_2
@@ -47,7 +47,7 @@ def test_without_encoders_the_error_is_that_of_the_discretisation_alone(omega):
 
 
 def test_the_adaptation_rests_for_ten_filter_times():
-    held, angles, _ = simulate_record(11.0, paper_excitation(1))
+    held, angles, _ = simulate_record(11.0, Excitation(0.5, *paper_channels(1, "both")))
     for omega, samples in ((1.0, 1000), (2.0, 500)):
         settings = replace(KNOWN, filter_frequency=omega, initial=ModelParameters(a_th=0.5))
         _, before = run_identifier(held[:samples], angles[:samples], settings)

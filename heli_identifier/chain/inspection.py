@@ -80,11 +80,8 @@ class Defect:
 def inspect_logs(logs: Sequence[Log], counts: Sequence[int], voltage_limit: float) -> tuple[Defect, ...]:
     """Find the defects of a rig's logs; ``counts`` per turn of the encoders, ``voltage_limit`` [V].
 
-    Raises
-    ------
-    LogError
-        If no plant can be found: two angles are equal, an angle is wrapped or in a wrong unit, or a voltage has the
-        wrong sign.
+    A LogError says that no plant can be found: two angles are equal, an angle is wrapped or in a wrong unit, or a
+    voltage has the wrong sign.
     """
     defects: list[Defect] = []
     for log in logs:

@@ -4,14 +4,7 @@ Pure steps, standard library only: the unit ``Corrector`` and ``heli follow`` ru
 docs/explanation/following.md explains the method and names its sources.
 """
 
-from .corrector import correct as correct
-from .corrector import parameters_in_use as parameters_in_use
-from .corrector import start_correcting as start_correcting
-from .plan import FollowPlan as FollowPlan
-from .plan import FollowSettings as FollowSettings
-from .state import MODES as MODES
-from .state import REASONS as REASONS
-from .state import WHAT as WHAT
-from .state import CorrectorState as CorrectorState
-from .state import Event as Event
-from .state import Sample as Sample
+# ruff: noqa: F401 - this is the door
+from .corrector import correct, parameters_in_use, start_correcting
+from .plan import FollowPlan, FollowSettings
+from .state import MODES, REASONS, WHAT, CorrectorState, Event, Sample

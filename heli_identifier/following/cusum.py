@@ -1,23 +1,15 @@
 """A two-sided CUSUM of every change says whether something has changed; the likelihood says by how much.
 
-With R and b of the blocks (:mod:`.evidence`) and D the direction of a change (:mod:`.changes`), a change of size delta
-has in each block the log-likelihood ratio against no change
+With R and b of the blocks (:mod:`.evidence`), the direction D of a change (:mod:`.changes`) and nu, the smallest change
+that matters (docs/explanation/following.md derives the rules, "Noticing" and "Naming"):
 
-    s(delta) = delta D^T b - delta^2/2 D^T R D
+    s(delta) = delta D^T b - delta^2/2 D^T R D            log-likelihood ratio of a change of size delta in a block
+    S_k = max(0, S_(k-1) + s_k(+-nu))                     CUSUM, alarm as soon as one S exceeds its threshold
+    b = ln(M T / 1 s) + ln(s/2) - 1.166 sqrt(s)           threshold of M tests, with s = nu^2 D^T R D in a block
+    kappa = sum (u_k^2 + 2 u_k u_(k-1) + 2 u_k u_(k-2)) / sum D^T R D, at least 1, by which sums along D are divided
+    ln B = z^2/2 q/(1 + q) - ln(1 + q)/2                  Bayes factor, z^2 = (D^T b)^2 / D^T R D, q = 9 nu^2 D^T R D
 
-Page's CUSUM adds it up for delta = +-nu, nu the smallest change that matters, and never falls below zero:
-
-    S_k = max(0, S_(k-1) + s_k(+-nu)),    alarm as soon as one S exceeds b = ln(M T / 1 s) + ln(s/2) - 1.166 sqrt(s)
-
-for M tests, a mean time T between false alarms, and s = nu^2 D^T R D in a block. Where the innovations are not white,
-D^T b and D^T R D are divided by the variance inflation factor: with u_k = D^T b of block k
-
-    kappa = sum (u_k^2 + 2 u_k u_(k-1) + 2 u_k u_(k-2)) / sum D^T R D,    at least 1
-
-After an alarm the size of every change is estimated, delta = D^T b / D^T R D, and judged by its Bayes factor for a size
-with the prior N(0, (3 nu)^2):
-
-    ln B = z^2/2 q/(1 + q) - ln(1 + q)/2,    z^2 = (D^T b)^2 / D^T R D,    q = (3 nu)^2 D^T R D
+T is the mean time between false alarms, and u_k = D^T b of block k.
 """
 
 from collections.abc import Iterable

@@ -8,16 +8,11 @@ over its samples. The products are those of means over some .05 s, in which psi 
 innovations' variance lambda, a mean over two minutes. The value of one block is bounded in this mean: a change must not
 hide itself in the noise.
 
-**Baseline.** The values of a twin are never exact, even while nothing changes. Their error theta is N(m, P), with the
-prior N(0, P_0). Every test allows for it by
+**Baseline.** The values of a twin are never exact; their error theta is N(m, P), with the prior N(0, P_0)
+(docs/explanation/following.md, "Noticing"). Every test allows for it, and each block updates it while the twin follows:
 
     W = (I + R P)^-1 R   in place of R,           u = (I + R P)^-1 (b - R m)   in place of b
-
-While the twin follows, each block updates theta:
-
-    m <- m + P u,   P <- P - P W P     (Kalman filter),    then   m <- a m,   P <- a^2 P + (1 - a^2) P_0,
-
-where a = exp(-1/_WANDERING): values wander within P_0, so that a baseline never becomes certain.
+    m <- a (m + P u),                             P <- a^2 (P - P W P) + (1 - a^2) P_0,    a = exp(-1/_WANDERING)
 """
 
 from math import exp

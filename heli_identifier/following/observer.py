@@ -9,18 +9,10 @@
 
 so that e = delta psi + white noise for a change of size delta along g. psi is known before the sample is.
 
-**Gaps.** Instants without a sample wait for the next sample. They are then computed with voltages on a straight line,
-
-    V_j = V_0 + (V_n - V_0) j/n,     j = 0 .. n - 1  of  n  sampling intervals
-
-and the gain of the next sample follows from the covariance (:mod:`.covariance`).
-
-**Encoders.** An encoder stands at one count wherever an axis turns back or rests. An axis that turns within a count
-would, at the rate with which it came to this count, have moved by up to four counts meanwhile, whatever it is slowed
-by; and the observer's rate is late. So an encoder is at fault if it has stood for half a second, in which a rig with
-dry friction may stick, and if the rig, at the rate that it had when the encoder stopped, would have moved by more than
-ten counts and the noise since; or if it then jumps as far. As this shows only after a while, an encoder that stands for
-half a second is ignored until the observer has settled again.
+**Gaps and encoders** (docs/explanation/following.md, "The stream"). After a gap the next sample's gain follows from the
+covariance (:mod:`.covariance`). An axis that turns within a count would, at the rate with which it came to this count,
+have moved by up to four counts meanwhile, and the observer's rate is late. Only an encoder that has stood while the rig
+should have moved further is at fault.
 """
 
 from math import cos, sqrt

@@ -45,7 +45,6 @@ REASONS = {
 WHAT = tuple(dict.fromkeys([what for what, _ in REASONS.values()]))
 """Alarm, adopted, held, rolled back, stream."""
 
-_LEARNED = 9  # blocks after which the noise is known
 _KEYS = {"time": "time_s", "since": "since_s"}  # in a file, where they differ from the names below
 _DIGITS = 9  # of times [s] in a file: k h in floats has a tail that means nothing
 
@@ -135,11 +134,6 @@ class CorrectorState(NamedTuple):
     def noise(self) -> Vector:
         """Standard deviation of the innovations of each axis [rad]."""
         return tuple([sqrt(noise.variance) for noise in self.noises])
-
-    @property
-    def is_noise_known(self) -> bool:
-        """Whether the noise was learned from enough blocks; an axis that never moves has none."""
-        return max(noise.blocks for noise in self.noises) >= _LEARNED
 
     def blocks_in_mode(self, plan: FollowPlan) -> int:
         """Return the number of blocks since the mode began."""

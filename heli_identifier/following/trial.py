@@ -7,10 +7,9 @@
 On trial a rival twin that has the change runs beside the twin in use for a window, which begins after the change was
 estimated: its errors 1 s ahead are out of sample for both. After an adoption the values before are the rival.
 
-Right after a change the innovations still swing, because psi is the sensitivity to a change that has always acted. Size
-and name are therefore estimated from the blocks that begin two after the change, the same ones for all changes. Their
-sums along the direction of a change are divided by its variance inflation factor, or by one mean factor where changes
-are compared.
+Size and name are estimated from the blocks that begin two after the change, the same ones for all changes. Their sums
+along the direction of a change are divided by its variance inflation factor, or by one mean factor where changes are
+compared.
 """
 
 from math import sqrt
@@ -25,6 +24,7 @@ from .plan import FollowPlan
 from .prediction import WINDOWS, compare_errors
 from .state import REASONS, CorrectorState, Event
 
+_LEARNED = 9  # blocks after which the noise is known
 _PATIENCE = 15  # blocks after an alarm until the likeliest change is named without a lead
 _LEAST_Z = 4.0
 _TRIAL_T = 0.5  # t of smaller errors that passes a trial: the likelihood has shown the change, the trial that it helps
@@ -47,7 +47,8 @@ def judge_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     if state.suspended:
         return state
     if state.mode == "starting":
-        return state.enter("following") if state.is_noise_known else state
+        learned = max(noise.blocks for noise in state.noises)  # an axis that never moves learns nothing
+        return state.enter("following") if learned >= _LEARNED else state
     if state.mode == "following":
         return look_for_change(*_update_cusums(state, plan), plan)
     if state.mode == "alarmed":

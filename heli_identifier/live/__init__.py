@@ -4,7 +4,6 @@ The unit RigLink contains the link, so that it needs only the standard library. 
 name: ``listening`` (a rig), ``sources`` (a log in its place), ``session`` (a twin and its files), ``screen``, ``page``.
 """
 
-from .align import Clock as Clock
-from .datagrams import Datagram as Datagram
-from .datagrams import Port as Port
-from .datagrams import read_address as read_address
+# ruff: noqa: F401 - this is the door
+from .align import Clock
+from .datagrams import Datagram, Port, read_address

@@ -15,8 +15,7 @@ rig's time, until they are released. Counted are samples that are
 that it is shown ``delay`` later; overtaken samples can come in meanwhile. The offset is set again when the two clocks
 differ by more than the maximum age of data: the rig started again, a clock drifts, or the co-simulation is not paced.
 The lead, t + offset + delay - s_newest, is how far the co-simulation runs ahead of the rig; below 0 it runs behind and
-samples wait. Maximum age, look-ahead and lead are those of units that couple a rig by a broker (Frasheri, Ejersbo,
-Thule, Esterle, RMQFMU: bridging the real world with co-simulation, arXiv 2107.01010). Here nothing waits for the rig.
+samples wait. Maximum age, look-ahead and lead are those of RMQFMU (arXiv 2107.01010). Here nothing waits for the rig.
 
 **Grid.** A twin that follows steps by instants k h. A sample's number, or else its time, gives its instant. While
 nothing comes in, the clock of this computer brings instants without samples. A rig whose clock stood meanwhile, or that

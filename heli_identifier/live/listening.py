@@ -15,7 +15,7 @@ from heli_identifier.errors import refuse
 from heli_identifier.following import Sample
 from heli_identifier.live.align import Grid, Order
 from heli_identifier.live.datagrams import SIGNALS, Datagram, Port
-from heli_identifier.records import LogFormat, factor_to_si, parse_unit
+from heli_identifier.records import HIGHEST_RATE_HZ, LOWEST_RATE_HZ, LogFormat, factor_to_si, parse_unit
 from heli_plant.motor import saturate
 
 OVERTAKEN = 0.1
@@ -23,9 +23,6 @@ OVERTAKEN = 0.1
 
 SILENCE = 0.2
 """Time without any datagram [s] after which instants pass without samples."""
-
-RATES = (50.0, 2000.0)
-"""Range of the rates that are followed [Hz], the same as for logs."""
 
 WAIT = 0.05
 """The longest that a caller waits for the next instant or for None [s]."""
@@ -209,6 +206,6 @@ def find_rate(times: list[float]) -> float:
 
 def _check_rate(rate: float) -> None:
     """Refuse a rate out of range: a ConfigurationError."""
-    followed = f"the rig sends at {rate:.4g} Hz, {RATES[0]:g} to {RATES[1]:g} Hz are followed"
+    followed = f"the rig sends at {rate:.4g} Hz, {LOWEST_RATE_HZ:g} to {HIGHEST_RATE_HZ:g} Hz are followed"
     hint = "change its sampling rate, or state the unit of its clock under [log.units] of heli.toml."
-    refuse(not RATES[0] * 0.999 <= rate <= RATES[1] * 1.001, f"{followed}; {hint}")
+    refuse(not LOWEST_RATE_HZ * 0.999 <= rate <= HIGHEST_RATE_HZ * 1.001, f"{followed}; {hint}")

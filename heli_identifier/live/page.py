@@ -59,18 +59,14 @@ class _Handler(BaseHTTPRequestHandler):
         if not self._names_this_host():
             self._send(421, "text/plain; charset=utf-8", b"this is not the host that was asked for\n")
         elif path == "/view":
-            self._send(200, "application/json", self._view())
+            view = self.server.view
+            shown = {"title": self.server.title, "stream": view.stream.line, "events": view.events[-_EVENTS_SHOWN:]}
+            self._send(200, "application/json", json.dumps(to_json_value({**view._asdict(), **shown})).encode())
         elif path in _FILES:
             name, kind = _FILES[path]
             self._send(200, kind, (files("heli_identifier.live") / "page" / name).read_bytes())
         else:
             self._send(404, "text/plain; charset=utf-8", b"there is no such page\n")
-
-    def _view(self) -> bytes:
-        """Return the view as JSON."""
-        view = self.server.view
-        shown = {"title": self.server.title, "stream": view.stream.line, "events": view.events[-_EVENTS_SHOWN:]}
-        return json.dumps(to_json_value({**view._asdict(), **shown})).encode()
 
     def _names_this_host(self) -> bool:
         """Return whether the request names this server's address; any other name was made to point here."""

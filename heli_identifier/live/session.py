@@ -78,11 +78,11 @@ class View(NamedTuple):
     """The state of a flight, as the terminal and the page show it.
 
     ``time`` [s], ``mode``; ``alarm``: the largest CUSUM over its threshold [1]; ``suspect``: the likeliest change;
-    status of the ``stream``; ``events`` as in their file. ``past``: the last instants
-    with a comparison: angles ``measured``, ``predicted`` 1 s before and by the twin left alone, and rms errors of both
-    over the window, None before the first [rad]; ``declared``: the errors that the diagnosis expects [rad].
-    ``values``: of each parameter at the ``start`` and as ``used``, with the half-width of its 95 % interval (``band``),
-    0 if unknown; empty before the first step.
+    status of the ``stream``; ``events`` as in their file. ``past``: the last instants with a comparison: angles
+    ``measured``, ``predicted`` 1 s before and by the twin left alone, and rms errors of both over the window, None
+    before the first [rad]; ``declared``: the errors that the diagnosis expects [rad]. ``values``: of each parameter at
+    the ``start`` and as ``used``, with the half-width of its 95 % interval (``band``), 0 if unknown; empty before the
+    first step.
     """
 
     time: float = 0.0

@@ -33,12 +33,7 @@ def _rows(log: Log) -> Iterator[tuple[float, tuple[float, ...]]]:
         yield time, (*voltages, *angles)
 
 
-def send(
-    log: Log,
-    address: str,
-    speed: float,
-    progress: Callable[[str, float], None] = lambda what, share: None,
-) -> float:
+def send(log: Log, address: str, speed: float, progress: Callable[[str, float], None]) -> float:
     """Send a log to the ``address`` HOST:PORT as a rig would; return the delay of the last datagram [s].
 
     ``speed``: how many times faster than the rig. A datagram has the log's time and a number that counts from 0.

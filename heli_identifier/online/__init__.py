@@ -26,7 +26,6 @@ from .loop import CLOSED, is_closed, shares
 from .prediction_error import noise_of
 from .settings import (
     ADAPTATION,
-    METHODS,
     PREDICTION_ERROR,
     Estimate,
     IdentifierSettings,

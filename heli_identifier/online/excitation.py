@@ -133,11 +133,6 @@ def combine(base: float, difference: float, total: float, limit: float) -> tuple
     return saturate(front, limit), saturate(rear, limit)
 
 
-def paper_excitation(experiment: int, channel: Channel = "both", base: float = 0.5) -> Excitation:
-    """Return the paper's excitation on voltages of ``base`` [V]; the rest as for :func:`paper_channels`."""
-    return Excitation(base, *paper_channels(experiment, channel))
-
-
 def paper_channels(experiment: int, channel: Channel) -> tuple[SquareChirp | None, SquareChirp | None]:
     """Return the signals on the difference and on the sum of the voltages in ``experiment`` 1 or 2.
 

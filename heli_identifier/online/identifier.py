@@ -20,7 +20,7 @@ from heli_plant.motor import saturate
 from .adaptation import AxisState, adapt_axis, combinations, evaluate_axis, initial_axis, update_moments
 from .instruments import NO_REFERENCES, References, advance_references, contradicts, solve_gain
 from .linear_algebra import hypotenuse
-from .loop import Feedback, feedback_score, shares, update_score, update_score_by_error
+from .loop import Feedback, feedback_score, shares, update_score
 from .prediction_error import PredictorState, initial_predictor, predict_axis
 from .settings import ModelParameters, Plan
 from .signals import (
@@ -161,7 +161,8 @@ def _advance_axis(
         return axis._replace(predictor=predictor._replace(memory=tuple(memory)))
     if predictor is None:
         estimate = adapt_axis(estimate, z, count, plan)
-        loop = update_score_by_error(loop, estimate.sigma, voltage, count, h, plan.error_whitening)
+        whitened, e = whiten(loop[:1], (estimate.sigma,), plan.error_whitening)
+        loop = update_score(Feedback(whitened[0], *loop[1:]), e[0], voltage, count, h)
     else:
         estimate, predictor = predict_axis(estimate, predictor, z, count, b, axis_plan, plan)
         loop = update_score(loop, estimate.sigma, voltage, count, h)

@@ -9,7 +9,7 @@ difference for pitch and travel, their sum for elevation), the score is
 
 The differences remove slow changes, which errors of the estimate and an excitation have in common. In open loop the
 score has roughly a normal distribution; in closed loop it grows with the square root of time, to 5 in 30 s. The paper's
-adaptation has no innovations; its error sigma is whitened here, with a fixed G.
+adaptation has no innovations; its error sigma is whitened first, with a fixed G.
 Source: Soderstrom and Stoica, System Identification, 1989, section 11.2 (independence of residuals and inputs).
 
 **What comes from outside?** If nothing from outside excites a loop, every regressor is the loop's answer to past
@@ -37,7 +37,7 @@ from math import exp, sqrt
 from typing import NamedTuple
 
 from .linear_algebra import eliminate, is_singular, quadratic_form, split_packed, with_products
-from .whitening import Memory, Whitening, whiten
+from .whitening import Memory
 
 CLOSED = 3.0
 """Absolute score from which the loop counts as closed; in open loop it is exceeded by chance in .3 % of the cases."""
@@ -58,12 +58,6 @@ class Feedback(NamedTuple):
     filled: int = 0  # samples in that block
     total: float = 0.0  # weighted sum of s_b
     squares: float = 0.0  # weighted sum of s_b^2
-
-
-def update_score_by_error(f: Feedback, sigma: float, voltage: float, count: int, h: float, w: Whitening) -> Feedback:
-    """Return ``f`` after a sample with adaptation error ``sigma``; the rest as for :func:`update_score`."""
-    memory, e = whiten(f[:1], (sigma,), w)
-    return update_score(Feedback(memory[0], *f[1:]), e[0], voltage, count, h)
 
 
 def update_score(f: Feedback, e: float, voltage: float, count: int, h: float) -> Feedback:

@@ -30,6 +30,8 @@ from .plausibility import quantisation_step as quantisation_step
 from .reading import read_log as read_log
 from .response import find_suspicions as find_suspicions
 from .timing import GAP_STEPS as GAP_STEPS
+from .timing import HIGHEST_RATE_HZ as HIGHEST_RATE_HZ
+from .timing import LOWEST_RATE_HZ as LOWEST_RATE_HZ
 from .units import ANGLES as ANGLES
 from .units import CONTRACT_HEADERS as CONTRACT_HEADERS
 from .units import VOLTAGES as VOLTAGES

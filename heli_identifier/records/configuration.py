@@ -42,12 +42,8 @@ def check_bounds(prefix: str, settings: Any) -> None:
 class LogFormat:
     """The columns of a log's signals, and how to convert them to SI units with the project's signs.
 
-    By default the headers are ``time [s],v_front [V],...``, no sign is changed, and nothing is cut.
-
-    Raises
-    ------
-    ConfigurationError
-        If a field names no signal, an unknown unit, or a value out of bounds. The message names the key of heli.toml.
+    By default the headers are ``time [s],v_front [V],...``, no sign is changed, and nothing is cut. A
+    ConfigurationError names the key of heli.toml whose value is no signal, an unknown unit, or out of bounds.
     """
 
     columns: Mapping[str, str] = field(default_factory=dict)
@@ -89,23 +85,19 @@ class LogFormat:
         message = f"rig.encoder_counts = {counts} must be counts per turn in [1, {MOST_COUNTS}] of {', '.join(ANGLES)}."
         refuse(not are_counts, message)
 
-    def sign(self, signal: str) -> int:
-        """Return +1 or -1, the factor from the file's sign to the project's."""
-        return self.signs.get(signal, 1)
-
     def to_project_signs(self, signals: Mapping[str, Any]) -> dict[str, Any]:
         """Convert numbers or arrays, by their signal, to the project's signs, and sum and difference to two voltages.
 
         Opposite signs of sum and difference exchange front and rear voltage; the sign of the sum applies to both.
         """
-        signals = dict(signals)
+        signals, signs = dict(signals), dict.fromkeys(NAMED, 1) | dict(self.signs)
         if "v_sum" in signals:
             total, difference = (signals.pop(name) for name in COMBINED)
             signals |= {"v_front": 0.5 * (total + difference), "v_rear": 0.5 * (total - difference)}
-        values = {name: value * self.sign(name.removesuffix("_reference")) for name, value in signals.items()}
-        if (self.sign("v_sum") != self.sign("v_difference")) != self.swap_rotors:
+        values = {name: value * signs[name.removesuffix("_reference")] for name, value in signals.items()}
+        if (signs["v_sum"] != signs["v_difference"]) != self.swap_rotors:
             values["v_front"], values["v_rear"] = values["v_rear"], values["v_front"]
-        return values | {name: self.sign("v_sum") * values[name] for name in VOLTAGES}
+        return values | {name: signs["v_sum"] * values[name] for name in VOLTAGES}
 
     def counts_per_turn(self, signal: str) -> int:
         """Return the counts per turn of an angle's encoder; 1 for a signal without an encoder."""

@@ -171,7 +171,9 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
         return {}
     indices, columns = list(candidates), np.column_stack([*candidates.values()])
     values, step = response.average(columns, rate_hz)
-    factors = [_guess_factor(column) for column in columns.T]
+    units = [_guess_angle_unit(column) for column in columns.T]  # as if each held an angle
+    usual = CONTRACT.counts_per_turn("pitch")
+    factors = [factor_to_si("pitch", unit, count or usual) for unit, _, count in units]
     unwrapped = [np.unwrap(column, period=2.0 * np.pi / f) for column, f in zip(columns.T, factors, strict=True)]
     angles, _ = response.average(np.column_stack(unwrapped), rate_hz)
     signals = response.filter_columns(angles, step)
@@ -216,12 +218,6 @@ def _guess_unit(signal: str, header: str, values: Array) -> tuple[str, str, int 
     if stated := parse_unit(signal, header_unit or ""):
         return stated, f"its header says [{header_unit}]", guessed[2]
     return guessed
-
-
-def _guess_factor(values: Array) -> float:
-    """Guess the factor to radians of a column, as if it held an angle."""
-    unit, _, count = _guess_angle_unit(values)
-    return factor_to_si("pitch", unit, count or CONTRACT.counts_per_turn("pitch"))
 
 
 def _guess_angle_unit(values: Array) -> tuple[str, str, int | None]:

@@ -45,10 +45,8 @@ class Event:
 class Log:
     """One run of one rig, sampled uniformly.
 
-    Raises
-    ------
-    LogError
-        If shapes disagree, a value is not finite or impossible on a bench helicopter, or the rate is not positive.
+    A LogError says that shapes disagree, that a value is not finite or impossible on a bench helicopter, or that the
+    rate is not positive.
     """
 
     name: str

@@ -32,27 +32,12 @@ def read_log(
     start: float | None = None,
     end: float | None = None,
 ) -> Log:
-    """Read one log.
+    """Read one log: sampled uniformly, in SI units, with the project's signs; its notes list every change.
 
-    Parameters
-    ----------
-    path : str or PathLike
-        CSV or other text; by its ending a MATLAB (``.mat``), Excel (``.xlsx``), Parquet, TDMS or MDF file; compressed
-        if it ends in ``.gz``.
-    format : LogFormat or RigConfiguration
-        How the rig writes its logs.
-    start, end : float, optional
-        First and last instant to read, in the file's time [s]; they override those of `format`.
-
-    Returns
-    -------
-    Log
-        Sampled uniformly, in SI units, with the project's signs; its notes list every conversion and repair.
-
-    Raises
-    ------
-    LogError
-        If the file cannot be read or the log cannot serve identification.
+    The file at ``path`` is CSV or other text, or by its ending a MATLAB (``.mat``), Excel (``.xlsx``), Parquet, TDMS or
+    MDF file; compressed if it ends in ``.gz``. ``format`` says how the rig writes its logs. ``start`` and ``end``, the
+    first and last instant to read in the file's time [s], override those of ``format``. A LogError says that the file
+    cannot be read or that the log cannot serve identification.
     """
     configuration = format if isinstance(format, RigConfiguration) else None
     format = format.format if isinstance(format, RigConfiguration) else format
