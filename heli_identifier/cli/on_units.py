@@ -171,10 +171,12 @@ def _play_log(
         return
     if path is None:
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
+    from heli_identifier.following import SAMPLE_TIME
+
     ((log,), rig) = args.read_logs_of_rig([path], config, start, end)
     limit, _ = records.highest_voltage([log], rig.format.voltage_limit)
     with results.play_log(log) as values:
-        values |= {"identifier.sample.time": log.step, "corrector.sample.time": max(log.step, 0.01)}
+        values |= {"identifier.sample.time": log.step, "corrector.sample.time": max(log.step, SAMPLE_TIME)}
         values["identifier.motor.voltage_limit"] = limit
         yield log, {name: value for name, value in values.items() if name.partition(".")[0] in units}
 

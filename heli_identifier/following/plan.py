@@ -13,6 +13,7 @@ from .evidence import start_sums
 
 _BLOCK_TIME = 1.0  # length of a block of sums, about [s]
 _COARSE_TIME = 0.05  # step of the copies that run 1 s ahead, about [s]: a hundredth of the motion's shortest period
+SAMPLE_TIME = 0.01  # between two samples of the twin [s]: encoders err alike for about as long
 _LAUNCH_TIME, _HORIZON_TIME = 0.2, 1.0  # time between two starts of copies, and time that a copy runs, about [s]
 _WINDOW_TIME = 10.0  # over which errors 1 s ahead are compared [s]
 _SETTLING_TIME = 3.0  # time until the observer has settled [s]
@@ -28,7 +29,7 @@ class FollowSettings(NamedTuple):
     whether changes are adopted or only reported. The unit Corrector checks the bounds of these settings.
     """
 
-    sample_time: float = 0.01
+    sample_time: float = SAMPLE_TIME
     parameters: PlantParameters = PlantParameters()
     false_alarm_time: float = 36000.0
     observer_bandwidth: float = 6.6

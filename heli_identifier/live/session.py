@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from heli_identifier import following
 from heli_identifier.errors import refuse
 from heli_identifier.files import write_atomically
-from heli_identifier.following import CorrectorState, Event, FollowPlan, FollowSettings, Sample
+from heli_identifier.following import SAMPLE_TIME, CorrectorState, Event, FollowPlan, FollowSettings, Sample
 from heli_identifier.live.listening import Listening, Status
 from heli_identifier.live.sources import Player
 from heli_identifier.online import Estimate
@@ -34,7 +34,6 @@ DIAGNOSED = "diagnosis.json"
 SYNC_INTERVAL, WRITE_INTERVAL, VIEW_INTERVAL = 1.0, 0.05, 0.2
 """Time between two requests to put rows on the disk, two writes to the journals, and two views [s]."""
 
-_TWIN_TIME = 0.01  # between two samples of the twin [s]: encoders err alike for about as long
 _PAST = 300  # comparisons in a view: a minute of flight, five a second
 _DIGITS = 9  # decimals of times [s] in a file: k h has a rounding error
 
@@ -160,7 +159,7 @@ class Session:
 
     def _step(self, sample: Sample, sample_time: float) -> None:
         self._samples.append(sample)
-        if len(self._samples) < (count := max(1, round(_TWIN_TIME / sample_time))):
+        if len(self._samples) < (count := max(1, round(SAMPLE_TIME / sample_time))):
             return
         front, rear = (fmean(voltages) for voltages in list(zip(*self._samples, strict=True))[:2])
         sample, sample_time = self._samples[0]._replace(v_front=front, v_rear=rear), count * sample_time

@@ -52,7 +52,6 @@ from .tables import Tabular as Tabular
 from .tables import diagnosis_summary as diagnosis_summary
 from .tables import diagnosis_tables as diagnosis_tables
 from .words import AHEAD as AHEAD
-from .words import angle_text as angle_text
 from .words import effect_name as effect_name
 from .words import join_words as join_words
 from .words import label_parameter as label_parameter
