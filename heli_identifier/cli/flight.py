@@ -6,7 +6,7 @@ At the end the twin is written as it flew last, and the recording is diagnosed.
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
@@ -20,9 +20,8 @@ from heli_identifier.cli import terminal
 from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, note_written, warn
 from heli_identifier.errors import IdentifierError
-from heli_identifier.live.page import serve_page
-from heli_identifier.live.screen import show_screen
-from heli_identifier.live.session import EVENTS, IN_USE, PREDICTIONS, RECORDED, Session, Show, View
+from heli_identifier.live.display import show_screen, write_page
+from heli_identifier.live.session import EVENTS, IN_USE, PAGE, PREDICTIONS, RECORDED, Session
 
 LONGEST = 600.0
 """Longest part of a recording, at its end, that is diagnosed [s]; more takes long and adds little."""
@@ -31,19 +30,17 @@ DIAGNOSIS = "diagnosis"
 """Folder of the recording's diagnosis."""
 
 
-def open_shows(stack: ExitStack, title: str, address: str | None) -> Show:
-    """Open the screen on a terminal and, at an ``address``, the page; give a function that shows a view on them."""
-    displays = [stack.enter_context(show_screen(title))] if sys.stderr.isatty() else []
-    if address is not None:
-        url, page = stack.enter_context(serve_page(address, title))
-        note(f"open {url} in a browser")
-        displays.append(page)
+@contextmanager
+def open_displays(title: str) -> Iterator[Callable[[Session], None]]:
+    """Return a function that shows a flight on a terminal and as a page."""
+    with show_screen(title) if sys.stderr.isatty() else nullcontext() as screen:
 
-    def show(view: View) -> None:
-        for display in displays:
-            display(view)
+        def show(session: Session) -> None:
+            write_page(title, session)
+            if screen is not None:
+                screen(session)
 
-    return show
+        yield show
 
 
 @contextmanager
@@ -83,7 +80,7 @@ def conclude_flight(session: Session, folder: Path, configuration: hi.RigConfigu
             terminal.print_diagnosis(diagnosis)
         except IdentifierError as error:
             warn(f"the recording cannot be diagnosed: {error}")
-    names = [EVENTS, RECORDED, PREDICTIONS, IN_USE, f"{twin.unit}.fmu"]
+    names = [PAGE, EVENTS, RECORDED, PREDICTIONS, IN_USE, f"{twin.unit}.fmu"]
     names += [f"{DIAGNOSIS}/{name}" for name in results.RESULTS]
     note_written(folder, [name for name in names if (folder / name).is_file()])
 
