@@ -11,6 +11,7 @@ strikes all logs of a rig. Printed are for each damage the rigs of which an effe
 whose damage is named or refused by name, where a told test sees it; and with an effect those that get both names.
 """
 
+import os
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
@@ -35,8 +36,7 @@ from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.records import Log
 from heli_identifier.results import diagnose
-from heli_identifier.tools import Source, diagnose_source, source_digest
-from heli_identifier.tools.campaign import run_campaign
+from heli_identifier.tools import Source, diagnose_source, digest_files, run_campaign
 from heli_identifier.tracing import DiagnosisSettings, fit
 from heli_plant.effects import effect
 from tests.blind.damage import DAMAGES
@@ -63,9 +63,9 @@ def judge_row(row: Row, truth: Mapping[str, float | None]) -> Row:
     every effect of the rig is found, on any of its axes; ``covered``: by parameter and coefficient of known value
     whether the 95 % interval holds this value.
     """
-    coefficients = [(f"{effect['name']} {effect['axis']}", effect["coefficient"]) for effect in row["effects"] or ()]
+    coefficients = [(f"{effect['name']} {effect['axis']}", effect["coefficient"]) for effect in row.get("effects", ())]
     covered = {}
-    for name, estimate in (*(row["parameters_after"] or {}).items(), *coefficients):
+    for name, estimate in (*row.get("parameters_after", {}).items(), *coefficients):
         if estimate and estimate["standard_error"] is not None and (value := truth.get(name)) is not None:
             low, high = Estimate(**estimate).interval
             covered[name] = low <= value <= high
@@ -88,7 +88,7 @@ def judge_rig(case: Case, index: int, row: Row) -> Row:
     first = judged["found"] != [] and judged["found"][0] not in judged["false"]
     right = row["error"] is None and judged["named"] and not judged["false"]
     if case.group == "unknown":  # the variable of a torque has to be right too; its axis is drawn rig by rig
-        variables = {effect["variable"] for effect in row["effects"] or () if effect["name"] == "unknown"}
+        variables = {effect["variable"] for effect in row.get("effects", ()) if effect["name"] == "unknown"}
         right = not judged["false"] and rig.unknown is not None and rig.unknown.variable in variables
     return judged | {"group": case.group, "kind": case.kind, "rig": row["rig"], "told": told, "seen": seen,
                      "first": first, "right": right, "false": bool(judged["false"]), "error": row["error"]}  # fmt: skip
@@ -127,11 +127,12 @@ def blind(
         if case.group in groups.split(",")
         for index in range(min(case.count, limit or case.count))
     }
-    code = source_digest(("benchmarks.rigs", "tests.blind"))
+    code = digest_files([*sorted((ROOT / "tests/blind").glob("*.py")), *sorted((ROOT / "benchmarks").glob("*.py"))])
     sources = [
         Source(name, partial(blind_rig, case.kind, case.scale, index), partial(str, f"{case} {index} {code}"))
         for name, (case, index) in cases.items()
     ]
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # of every worker
     with progress_bar(lines=True) as progress:
         rows = run_campaign(sources, output, workers=workers, progress=progress, work=diagnosed_and_told)
     results = pandas.DataFrame([judge_rig(*cases[row["rig"]], row) for row in rows])

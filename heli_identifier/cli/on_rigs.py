@@ -11,7 +11,7 @@ from heli_identifier import records, results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli import terminal
 from heli_identifier.cli.arguments import argument, option
-from heli_identifier.cli.guard import FAILED
+from heli_identifier.cli.guard import FAILED, only_with
 from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, print_answer, print_notes, progress_bar, warn
 from heli_identifier.errors import CONFIGURATION_NAME, IdentifierError, LogError
@@ -54,10 +54,11 @@ def fleet(
         raise typer.Exit(FAILED)
 
 
+@only_with(workers="not scheduler")
 def campaign(
     folder: Path = argument(..., "Folder with a sub-folder of logs for each rig, as `heli fleet`.", "FOLDER"),
     output: Path = args.folder("campaign"),
-    workers: int | None = option(None, "Processes on this machine; one per core by default.", "N"),
+    workers: int | None = option(None, "Processes on this machine; one per core by default.", "N", min=1, max=1000),
     scheduler: str | None = option(None, "Dask scheduler of a cluster of machines, tcp://host:8786.", "ADDRESS"),
     config: Path | None = args.CONFIG,
     json: bool = args.JSON,
@@ -73,9 +74,11 @@ def campaign(
     settings = hi.DiagnosisSettings.from_rig(args.find_configuration(config_file))
     with progress_bar(lines=True) as progress:
         rows = tools.run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
-    summary = tools.summarise_rows(rows)
-    print_answer(json, summary, *tools.campaign_tables(summary), (output, [tools.CONSOLIDATED]))
-    if summary["failures"]:
+    print_answer(json, rows, [tools.campaign_table(rows)], (), (output, [tools.CONSOLIDATED]))
+    failed = [row for row in rows if row["error"] is not None]
+    for row in failed:
+        warn(f"rig {row['rig']} is left out: {row['error']}")
+    if failed:
         raise typer.Exit(FAILED)
 
 

@@ -1,8 +1,7 @@
 from .campaign import CONSOLIDATED as CONSOLIDATED
-from .campaign import campaign_tables as campaign_tables
+from .campaign import campaign_table as campaign_table
 from .campaign import diagnose_source as diagnose_source
 from .campaign import run_campaign as run_campaign
-from .campaign import summarise_rows as summarise_rows
 from .controller import design_controller as design_controller
 from .experiment import Limits as Limits
 from .experiment import experiment_table as experiment_table
@@ -29,7 +28,7 @@ from .plants import allowed_plants as allowed_plants
 from .rigs import SHORTEST_TO_SPLIT as SHORTEST_TO_SPLIT
 from .rigs import Rig as Rig
 from .rigs import Source as Source
+from .rigs import digest_files as digest_files
 from .rigs import find_rigs as find_rigs
 from .rigs import rig_folders as rig_folders
-from .rigs import source_digest as source_digest
 from .rigs import split_logs as split_logs

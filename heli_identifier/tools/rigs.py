@@ -10,8 +10,7 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, partial
-from importlib import import_module
+from functools import partial
 from math import ceil
 from os import PathLike
 from pathlib import Path
@@ -160,7 +159,7 @@ def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = Non
     refuse(not training, f"{folder} holds {found}; {advice}")
     configuration = own_configuration if os.path.lexists(own_configuration) else Path(shared) if shared else None
     files = (*training, *held_out, *([configuration] if configuration else ()))
-    return Source(name, partial(_read_rig, training, held_out, configuration), partial(_digest, files))
+    return Source(name, partial(_read_rig, training, held_out, configuration), partial(digest_files, files))
 
 
 def _list_logs(folder: Path) -> list[Path]:
@@ -188,20 +187,7 @@ def _read_rig(training: Sequence[Path], held_out: Sequence[Path], file: Path | N
     return Rig(training_logs, held_out_logs, configuration=configuration, note=note, left_out=left_out)
 
 
-@cache
-def source_digest(modules: tuple[str, ...]) -> str:
-    """Return the digest of the source of modules, and of packages with everything in their folders."""
-    files: list[Path] = []
-    for name in modules:
-        module = import_module(name)
-        folders = getattr(module, "__path__", ())
-        files += [path for folder in folders for path in sorted(Path(folder).rglob("*.py"))]
-        if not folders and getattr(module, "__file__", None):
-            files.append(Path(str(module.__file__)))
-    return _digest(files)
-
-
-def _digest(files: Iterable[Path]) -> str:
+def digest_files(files: Iterable[Path]) -> str:
     """Return a digest of the names and bytes of files."""
     digest = hashlib.sha256()
     for path in files:
