@@ -1,6 +1,7 @@
 """Before and after on held-out logs: the true plant predicts exactly, ranks first in wind, and knows its own floor."""
 
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -13,7 +14,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import Event, Log
 from heli_identifier.results import Use, diagnose, errors_ahead, rms_figures
 from heli_identifier.results.held_out import _thin_errors, compare, judge_use, likelihood_of, undo_in_log
-from heli_identifier.results.prediction import HORIZONS, Model, Run, simulate_record
+from heli_identifier.results.prediction import HORIZONS, Model, Run, answer_deviation, simulate_record
 from heli_identifier.tracing import Determination, ParameterReport, coordinates_of, fit, helicopter
 from heli_identifier.tracing.findings import _judge_parameter
 from heli_identifier.tracing.references import controllers_of
@@ -280,7 +281,7 @@ def test_plant_and_recovered_controller_fly_a_log_again():
     assert {law.channel for law in laws} == {"v_front - v_rear", "v_front + v_rear"}
     record, errors = record_of(log, RIG), {}
     for name, plant in (("true", TABLE_2), ("wrong", TABLE_2._replace(k_x=0.8 * TABLE_2.k_x, k_z=0.8 * TABLE_2.k_z))):
-        _, own = Run.along(model(plant), record, np.zeros(3)).fly_again(3.0, laws)
+        _, own = Run.along(model(plant), record, np.zeros(3)).fly_again(3.0, partial(answer_deviation, laws))
         errors[name] = np.sqrt(np.mean(own**2, axis=(0, 1)))[:2]
     assert np.all(errors["true"] < 0.5 * errors["wrong"]), errors
 

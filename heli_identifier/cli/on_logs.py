@@ -137,8 +137,8 @@ def check(
     An axis passes if the error of its 1 s prediction is at most FACTOR times the error on the held-out logs of the
     diagnosis, or the noise floor if that is larger; where a controller flew, the error .2 s ahead is judged instead.
 
-    With --limit: plant and controller fly the logs again from their references, 3 s at a time from the measured motion,
-    and what they err on the followed axes is held to it.
+    With --limit: plant and controller fly the logs again, 3 s at a time from the measured motion, and what they err on
+    the followed axes is held to it.
     """
     expected = args.read_parameters_and_warn(parameters)
     recorded, configuration = args.read_logs_of_rig(logs, config, start, end)

@@ -3,6 +3,7 @@ from .checking import Check as Check
 from .checking import Outcome as Outcome
 from .checking import check as check
 from .checking import errors_ahead as errors_ahead
+from .checking import errors_in_loop as errors_in_loop
 from .comparing import Comparison as Comparison
 from .comparing import compare as compare
 from .comparing import slope_estimates as slope_estimates
@@ -30,6 +31,7 @@ from .parameters import ParameterSet as ParameterSet
 from .parameters import corrected_parameters as corrected_parameters
 from .parameters import draw_values as draw_values
 from .parameters import plant_values as plant_values
+from .prediction import STRETCH as STRETCH
 from .prediction import Model as Model
 from .report import NATIVE_PLANT as NATIVE_PLANT
 from .report import RESULTS as RESULTS

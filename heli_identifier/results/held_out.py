@@ -25,7 +25,7 @@ Source of the test for whiteness: Ljung and Box 1978, eq. (1.2).
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from math import log, nan, pi
 
 import numpy as np
@@ -36,7 +36,7 @@ from heli_identifier.chain import Fault, undo_faults
 from heli_identifier.records import Log
 from heli_identifier.results.bootstrap import bootstrap, change_figures, rms_figures
 from heli_identifier.results.diagnosis import AxisError, AxisReport, ErrorFigure, HeldOutLikelihood, HeldOutSeries, Use
-from heli_identifier.results.prediction import HORIZONS, SPACING, STRETCH, Model, Run, simulate_record
+from heli_identifier.results.prediction import HORIZONS, SPACING, STRETCH, Model, Run, answer_deviation, simulate_record
 from heli_identifier.results.words import AHEAD
 from heli_identifier.tracing.fit import Fit, fit, fit_per_log
 from heli_identifier.tracing.helicopter import helicopter
@@ -215,7 +215,8 @@ def _fly_again(
     ahead = rms_figures(models["after"].errors["ahead_200ms"], SPACING, "error .2 s ahead")
     if all(figure.value < bare.value for figure, bare in zip(ahead, angle_stays, strict=True)):
         laws = {i: law for i, law in enumerate(controllers_of(logs)) if len(law) == len(CHANNELS)}
-        flown = {name: {i: m.runs[i].fly_again(STRETCH, law) for i, law in laws.items()} for name, m in models.items()}
+        answers = {i: partial(answer_deviation, law) for i, law in laws.items()}
+        flown = {name: {i: m.runs[i].fly_again(STRETCH, a) for i, a in answers.items()} for name, m in models.items()}
         errors = [e for of_model in flown.values() for _, e in of_model.values() if len(e)]
         if errors and all(np.isfinite(e).all() for e in errors):
             return flown, True

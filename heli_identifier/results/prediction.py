@@ -12,7 +12,7 @@ within 1 s: the figures of 1 and 2 s are then no predictions, and decide nothing
 One compiled loop serves all cases: a filter with zero gains is the plant alone, and its innovations are its errors.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -116,6 +116,9 @@ class Model:
         return after, e
 
 
+Answer = Callable[[Array, float], Array]
+"""Takes deviations (n, a) [rad] and the time between them [s], gives the voltages (n, 2) [V] that answer them."""
+
 Passage = tuple[int, int, Array | None]
 """First sample of a passage that holds predictions, the sample after it, and the filter's state (21,) before it."""
 
@@ -215,14 +218,14 @@ class Run:
                 errors[name][i] = e[ahead] if ahead < len(e) else np.nan
         return errors
 
-    def fly_again(self, seconds: float, laws: Sequence[Controller] = ()) -> tuple[list[int], Array]:
+    def fly_again(self, seconds: float, answer: Answer | None = None) -> tuple[list[int], Array]:
         """Let plant and controller fly stretches from the measured motion; first samples, errors (S, n, a) [rad].
 
-        The simulated voltages are the measured ones plus the answer of the controller's laws to delta, the simulated
-        less the measured angles. What came from outside stays in the voltages, and feedback cannot flatter the plant.
+        The simulated voltages are the measured ones plus the controller's ``answer`` to delta, the simulated less the
+        measured angles. What came from outside stays in the voltages, and feedback cannot flatter the plant.
         delta and the voltages of each block of :data:`LOOP_BLOCK` s are computed in turns. A voltage moves later angles
-        only, so the result is exact after one turn more than the block has samples, and close after a few. Without
-        ``laws`` the voltages are the measured ones.
+        only, so the result is exact after one turn more than the block has samples, and close after a few. Without an
+        ``answer`` the voltages are the measured ones.
         """
         record, rig, length = self.record, self.model.rig, round(seconds / self.record.step)
         block, no_torque = max(1, round(LOOP_BLOCK / record.step)), np.zeros_like(self.offset)
@@ -238,7 +241,8 @@ class Run:
                     after, e[done : done + block] = self.model.run(
                         flown, rig.still, no_torque, rows.start, rows.stop, state
                     )
-                    voltages = record.inputs[rows] + answer_deviation(laws, -e[: done + block], record.step)[done:]
+                    answered = answer(-e[: done + block], record.step)[done:] if answer else 0.0
+                    voltages = record.inputs[rows] + answered
                     change = float(np.abs(voltages - flown.inputs[rows]).max())
                     flown.inputs[rows] = voltages
                     if not change > LOOP_TOLERANCE:

@@ -2,6 +2,7 @@ from .campaign import CONSOLIDATED as CONSOLIDATED
 from .campaign import campaign_table as campaign_table
 from .campaign import diagnose_source as diagnose_source
 from .campaign import run_campaign as run_campaign
+from .closed_loop import check_closed_loop as check_closed_loop
 from .controller import design_controller as design_controller
 from .experiment import Limits as Limits
 from .experiment import experiment_table as experiment_table
@@ -20,7 +21,6 @@ from .judging import Design as Design
 from .judging import controller_m as controller_m
 from .judging import design_table as design_table
 from .judging import step_figure as step_figure
-from .loop import check_closed_loop as check_closed_loop
 from .loop import controller_parameters as controller_parameters
 from .loop import read_controller as read_controller
 from .plants import FEW as FEW

@@ -1,10 +1,4 @@
-"""A controller, PID or state feedback, around the whole plant: friction, saturation, delay and sampling included.
-
-:func:`check_closed_loop` simulates a measured flight from its references. Every :data:`AHEAD` s the plant starts from
-the measured motion, and the controller from the state to which the measured angles have brought it. From there both run
-by themselves, and the error is the root mean square of simulated less measured angles. Feedback does not make the error
-smaller: the simulated voltages react to the simulated angles.
-"""
+"""A controller, PID or state feedback, around the whole plant: friction, saturation, delay and sampling included."""
 
 from collections.abc import Callable, Sequence
 from math import inf
@@ -19,10 +13,8 @@ from heli_identifier import results
 from heli_identifier.errors import refuse
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
-from heli_identifier.records import Log, LogSource, read_logs
-from heli_identifier.results import Check, Outcome, ParameterSet, PlantSource, rms_figures
+from heli_identifier.results import ParameterSet
 from heli_identifier.tools.linearisation import LinearModel, OperatingPoint
-from heli_identifier.tracing import lag_voltages, record_start
 from heli_plant.control import PidSettings, PidState, pid_step, start_pid
 from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
@@ -40,7 +32,6 @@ KINDS: dict[str, type[Settings]] = {CONTROLLER: PidSettings, FEEDBACK: FeedbackS
 
 SETTLED = 0.05  # share of the step within which a response counts as settled
 STEP = 0.1  # of a reference [rad]
-AHEAD = 3.0  # length [s] of the parts of a flight that are simulated
 
 
 def read_controller(file: str | PathLike[str], voltage_limit: float) -> Settings:
@@ -165,57 +156,3 @@ def step_response(
     state, held = rigid_start(point.state(plant), plant), (point.v_front, point.v_rear)
     angles, _ = fly(plant, settings, references, state, held, period, start_at_rest(settings, point))
     return np.asarray(angles[:, index] - hold[index])
-
-
-def check_closed_loop(
-    logs: LogSource | Sequence[LogSource], parameters: PlantSource, settings: Settings, limit: float = inf
-) -> Check:
-    """Simulate logs from their references, under the controller that flew.
-
-    Errors of the followed axes up to ``limit`` [rad] pass. ConfigurationError if a log has no reference of an axis that
-    the controller follows, or the sampling of a log does not fit a state feedback.
-    """
-    plant = results.to_plant(parameters)
-    followed = ("elevation", "travel" if settings.travel_enabled else "pitch")
-    outcomes, voltages = list[Outcome](), {}
-    for log in read_logs(logs):
-        missing = " and the ".join(axis for axis in followed if axis not in log.references)
-        refuse(
-            bool(missing),
-            f"log {log.name} has no reference of the {missing}, which this controller follows; name the column in "
-            "[log.references] of heli.toml.",
-        )
-        errors, voltages[log.name], period = _simulate_log(log, plant, settings)
-        figures = dict(zip(AXES, rms_figures(errors, period), strict=True))
-        outcomes += [Outcome(log.name, axis, figures[axis], limit) for axis in followed]
-    return Check(tuple(outcomes), (), "closed_loop_3s", voltages=voltages)
-
-
-def _simulate_log(log: Log, plant: PlantParameters, settings: Settings) -> tuple[list[Array], float, float]:
-    """Return errors (n, 3) [rad] of the parts of a log, rms error of the voltages [V], and period [s]."""
-    period = settings.period if isinstance(settings, FeedbackSettings) else log.step
-    every = round(period / log.step)
-    refuse(
-        every < 1 or abs(every * log.step - period) > 0.01 * log.step,
-        f"log {log.name} is sampled every {log.step:g} s and this controller every {period:g} s; the controller's "
-        "period must be a multiple of the log's.",
-    )
-    # a state feedback's period may be a multiple of the log's; the voltages are averaged over it
-    count, period = log.samples // every, every * log.step
-    voltages = log.voltages[: count * every].reshape(count, every, 2).mean(axis=1)
-    zero = np.zeros(log.samples)
-    log_references = np.column_stack([log.references.get(axis, zero) for axis in AXES])
-    measured, references = (signals[::every][:count] for signals in (log.angles, log_references))
-    lagged = lag_voltages(voltages, period, plant)
-    length, commanded, errors = round(AHEAD / period), np.empty_like(voltages), list[Array]()
-    memory = start_controller(settings, *measured[0].tolist())
-    for k in range(count):
-        if k in range(length, count - length, length):
-            part, (front, rear), (nu_front, nu_rear) = slice(k, k + length), voltages[k].tolist(), lagged[k].tolist()
-            state = PlantState(*map(float, record_start(measured[part], voltages[part], period)))
-            state = state._replace(nu_front=nu_front, nu_rear=nu_rear)
-            angles, _ = fly(plant, settings, references[part], state, (front, rear), period, memory)
-            errors.append(angles - measured[part])
-        memory, commanded[k] = step_controller(settings, memory, measured[k].tolist(), references[k].tolist(), period)
-    refuse(not errors, f"log {log.name} lasts {log.duration:.3g} s; to be flown again it needs {3 * AHEAD:g} s.")
-    return errors, float(np.sqrt(np.mean((commanded[:-1] - voltages[1:]) ** 2))), period
