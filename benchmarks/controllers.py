@@ -39,10 +39,10 @@ def linear_model(plant: PlantParameters, design: Design) -> linearisation.Linear
 
 def check_promises(truth: PlantParameters, design: Design) -> dict[str, bool]:
     """Return which of :data:`KEPT` hold for a design around the true plant."""
-    model, omega, promised = linear_model(truth, design), margins.frequencies(AIM.period), design.robust.figures
+    model, omega, promised = linear_model(truth, design), margins.frequencies(AIM.period), design.delivered.figures
     responses = margins.plant_response(model, omega)[None].repeat(2, axis=0)
     true_plant = Plants(model, (model,), omega, responses, ())
-    judged = judging.judge_controller(true_plant, design.robust.settings, design.axes)
+    judged = judging.judge_controller(true_plant, design.delivered.settings, design.axes)
     if not judged.is_stable:
         return dict.fromkeys(KEPT, False)
     margin = judged.figures["disk"].value >= promised["disk"].promised - 1e-3
@@ -54,7 +54,7 @@ def check_promises(truth: PlantParameters, design: Design) -> dict[str, bool]:
 
 def predicted_steps(plant: PlantParameters, design: Design) -> np.ndarray:
     """Return the step responses of the whole plant [rad], one axis after the other."""
-    model, settings = linear_model(plant, design), design.robust.settings
+    model, settings = linear_model(plant, design), design.delivered.settings
     return np.concatenate([loop.step_response(model, settings, axis, 0.1, 8.0) for axis in design.axes])
 
 

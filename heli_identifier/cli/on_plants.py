@@ -151,9 +151,9 @@ def design_controller(
             "design.json": document,
             "design.svg": tools.step_figure(result),
             "controller.m": tools.controller_m(result),
-            "controller.json": tools.controller_parameters(result.flown, result.plants.model.point),
+            "controller.json": tools.controller_parameters(result.delivered.settings, result.plants.model.point),
         }
-        if isinstance(result.robust.settings, FeedbackSettings):
-            files |= controller_sources(result.robust.settings)
+        if isinstance(result.delivered.settings, FeedbackSettings):
+            files |= controller_sources(result.delivered.settings)
         results.write_files(draft, files)
     print_answer(json, document, [tools.design_table(result)], result.notes, (output, files))

@@ -3,12 +3,10 @@
 :func:`design_controller` makes two designs of a kind (:mod:`.synthesis`), judged over plants that the data allow
 (:mod:`.judging`). The nominal design follows the weights. The robust design raises the weight R of the voltages by
 factors of :data:`WEIGHT_FACTOR` until 95 % of the drawn plants keep the required disk margin. A PID is retuned for
-:data:`ROBUST` of the plants and compared with the present one.
+:data:`ROBUST` of the plants and compared with the present one; it is refused if its sensitivity peaks too high.
 """
 
-from dataclasses import replace
 from math import isfinite
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +16,7 @@ from heli_identifier.results import GAIN_OF, ParameterSet, Use
 from heli_identifier.tools import margins
 from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Design, judge_controller
 from heli_identifier.tools.linearisation import PERIOD
+from heli_identifier.tools.loop import Settings
 from heli_identifier.tools.margins import LOOPS
 from heli_identifier.tools.plants import Plants, allowed_plants, wrong_signs
 from heli_identifier.tools.synthesis import PEAK, design_feedback, retune_pid
@@ -67,53 +66,41 @@ def design_controller(
     model, notes = plants.model, [*plants.notes]
     progress("designing", 0.6)
     if kind == "pid":
-        design = _retune_pid(plants, aim.pid, with_travel, axes, progress)
         remedy = ", ".join(wrong_signs(parameters)) or "take --kind lqi"
+        present = (aim.pid or PidSettings(voltage_limit=model.plant.v_max))._replace(travel_enabled=with_travel)
+        retuned = retune_pid(model, present, plants.drawn[:ROBUST])
+        settings: dict[str, Settings] = {"present": present, "retuned": retuned}
+        if aim.period != PERIOD:
+            notes.append(f"the PID is designed for steps of {aim.period:g} s: fly it with --step {aim.period:g}")
+        if aim.pid is None:
+            notes.append("no [controller.pid] of heli.toml is known: the present PID has default gains of the units")
     else:
-        integral = kind == "lqi"
-        nominal = design_feedback(model, aim, other, integral)
-        robust, reached = _find_robust(plants, nominal, aim, other, integral)
+        remedy = "lower the weights of the angles, or sample faster"
+        nominal = design_feedback(model, aim, other, kind == "lqi")
+        robust, reached = _find_robust(plants, nominal, aim, other, kind == "lqi")
+        settings = {"nominal": nominal, "robust": robust}
         if reached < aim.disk_margin:
             notes.append(
                 f"no weight of the voltages reaches a disk margin of {aim.disk_margin:g}; the best has {reached:.2f}"
             )
-        progress("judging", 0.8)
-        judged_nominal = judge_controller(plants, nominal, axes)
-        judged_robust = judged_nominal if robust == nominal else judge_controller(plants, robust, axes)
-        design = Design(kind, axes, plants, judged_nominal, judged_robust, robust, ())
-        remedy = "lower the weights of the angles, or sample faster"
+    progress("judging", 0.8)
+    judged = {own: judge_controller(plants, own, axes) for own in dict.fromkeys(settings.values())}
+    controllers = {name: judged[own] for name, own in settings.items()}
+    first, delivered = controllers.items()
     unstable = "the designed loop is unstable on the identified plant, with its delay and bending"
-    refuse(not design.robust.is_stable, f"{unstable}; {remedy}.")
+    refuse(not delivered[1].is_stable, f"{unstable}; {remedy}.")
+    figures = delivered[1].figures
+    for axis in LOOPS if kind == "pid" else ():  # the bound of the search is soft
+        peak = figures[f"{axis}.sensitivity"].value
+        most = f"at most {PEAK:g} was asked for"
+        refuse(peak > 1.05 * PEAK, f"the sensitivity of the retuned {axis} loop peaks at {peak:.2f}, {most}; {remedy}.")
+    if not first[1].is_stable:
+        notes.append(f"the loop is not stable with the {first[0]} controller, so its margins and steps mean nothing")
     for axis in axes:
-        if not isfinite(design.robust.figures[f"{axis}.settling"].promised):
+        if not isfinite(figures[f"{axis}.settling"].promised):
             advice = "--kind lqi takes away what an LQR leaves; a higher --elevation moves the travel more"
             notes.append(f"not all of the plants settle on the {axis} within {LONGEST:g} s: {advice}")
-    return replace(design, notes=(*notes, *design.notes))
-
-
-def _retune_pid(
-    plants: Plants, given: PidSettings | None, with_travel: bool, axes: tuple[str, ...], progress: Progress
-) -> Design:
-    """Retune the ``given`` PID, or the default one, for plants that the data allow; the notes say what not to fly."""
-    present = (given or PidSettings(voltage_limit=plants.model.plant.v_max))._replace(travel_enabled=with_travel)
-    retuned = retune_pid(plants.model, present, plants.drawn[:ROBUST])
-    progress("judging", 0.8)
-    before, after = (judge_controller(plants, pid, axes) for pid in (present, retuned))
-    peaks = {axis: after.figures[f"{axis}.sensitivity"].value for axis in LOOPS}
-    refused = {axis: peak for axis, peak in peaks.items() if peak > 1.05 * PEAK}  # the bound of the search is soft
-    notes = [
-        f"do not fly the retuned {axis} loop: its sensitivity peaks at {peak:.2f}, and at most {PEAK:g} was asked for. "
-        f"controller.json keeps the present gains of the {axis}; --kind lqi is another controller"
-        for axis, peak in refused.items()
-    ]
-    if (period := plants.model.sampled.dt) != PERIOD:
-        notes.append(f"the PID is designed for steps of {period:g} s: fly it with --step {period:g}")
-    if given is None:
-        notes.append("no [controller.pid] of heli.toml is known: the present PID has the default gains of the units")
-    if not before.is_stable:
-        notes.append("the loop is not stable with the present PID, so its margins and steps mean nothing")
-    present_gains: dict[str, Any] = {axis: getattr(present, axis) for axis in refused}
-    return Design("pid", axes, plants, before, after, retuned._replace(**present_gains), tuple(notes))
+    return Design(kind, axes, plants, controllers, tuple(notes))
 
 
 def _find_robust(

@@ -124,28 +124,24 @@ class Design:
     """Two controllers of one kind around an identified plant.
 
     ``kind`` is pid, lqr or lqi, ``axes`` are the controlled angles, ``plants`` those over which both were judged.
-    ``baseline`` is the design by the weights, or the present PID; ``robust`` is the robust design, or the retuned PID.
-    ``flown`` is delivered: the robust controller, but with the present gains of PID loops whose retuned gains must not
-    be flown. ``notes`` are about the plant, the search and these loops.
+    ``controllers`` by name: the ``nominal`` design by the weights and the ``robust`` one, or the ``present`` PID and
+    the ``retuned`` one; the second is delivered. ``notes`` are about the plant and the search.
     """
 
     kind: str
     axes: tuple[str, ...]
     plants: Plants
-    baseline: Judged
-    robust: Judged
-    flown: Settings
+    controllers: Mapping[str, Judged]
     notes: tuple[str, ...]
 
     @property
-    def by_name(self) -> dict[str, Judged]:
-        """Both controllers by their names; only the first if they are the same."""
-        first, second = ("present", "retuned") if self.kind == "pid" else ("nominal", "robust")
-        return {first: self.baseline} | ({second: self.robust} if self.robust is not self.baseline else {})
+    def delivered(self) -> Judged:
+        """The second of the controllers."""
+        return [*self.controllers.values()][-1]
 
     def document(self) -> dict[str, Any]:
         """Return the content of design.json; null stands for an infinite value."""
-        model, both = self.plants.model, {"nominal": self.baseline, "robust": self.robust}
+        model = self.plants.model
         return to_json_value(
             {
                 "schema": SCHEMA,
@@ -156,7 +152,10 @@ class Design:
                 "input_delay_s": model.plant.input_delay_rotors,
                 "plants": len(self.plants.drawn),
                 "confidence": CONFIDENCE,
-                **{name: {"stable_share": x.stable_share, "figures": x.figures} for name, x in both.items()},
+                **{
+                    name: {"stable_share": judged.stable_share, "figures": judged.figures}
+                    for name, judged in self.controllers.items()
+                },
                 "notes": self.notes,
                 "provenance": provenance(),
             }
@@ -175,17 +174,17 @@ def design_table(design: Design) -> Table:
     titles |= {f"{axis}.settling": f"{axis}: settles in [s]" for axis in design.axes}
     rows = []
     for name, title in titles.items():
-        figures = [judged.figures[name] for judged in design.by_name.values()]
+        figures = [judged.figures[name] for judged in design.controllers.values()]
         rows.append((title, *(_figure_text(value) for x in figures for value in (x.value, x.promised))))
-    shares = (text for x in design.by_name.values() for text in ("", _figure_text(100.0 * x.stable_share)))
+    shares = (text for x in design.controllers.values() for text in ("", _figure_text(100.0 * x.stable_share)))
     rows.append(("plants with a stable loop [%]", *shares))
     for axis in LOOPS if design.kind == "pid" else ():
-        gains = (getattr(judged.settings, axis) for judged in design.by_name.values())
+        gains = (getattr(judged.settings, axis) for judged in design.controllers.values())
         own = (", ".join(to_digits(gain, 4) for gain in of_axis) for of_axis in gains)
         rows.append((f"{axis} loop: P, I, D", *(text for gains_text in own for text in (gains_text, ""))))
     what = f"what {100.0 * CONFIDENCE:.0f} % of {len(design.plants.drawn)} plants keep"
     title = f"{design.kind.upper()} of {join_words(design.axes)}: {what}"
-    return Table(title, ("figure", *(head for name in design.by_name for head in (name, "kept"))), rows)
+    return Table(title, ("figure", *(head for name in design.controllers for head in (name, "kept"))), rows)
 
 
 def _figure_text(value: float) -> str:
@@ -194,17 +193,17 @@ def _figure_text(value: float) -> str:
 
 def step_figure(design: Design) -> str:
     """Return the text of design.svg: steps of all controllers over the band of 95 % of the plants with the last one."""
-    *_, (last, judged) = design.by_name.items()
+    *_, (last, judged) = design.controllers.items()
     panels = []
     for axis, band in judged.band.items():
         time, (low, high) = np.arange(band.shape[1]) * design.plants.model.sampled.dt, STEP * band
         panel = Axes(f"{axis} [rad]", limits=(-STEP, 2.5 * STEP))  # drawn plants may be unstable
         panel.band(time, low, high, f"95 % of the plants, {last}")
         panel.level(STEP, "muted")
-        for (name, controller), role in zip(design.by_name.items(), ("before", "after"), strict=False):
+        for (name, controller), role in zip(design.controllers.items(), ("before", "after"), strict=False):
             panel.line(time, controller.steps[axis], role, name)
         panels.append(panel)
-    names = " and ".join(design.by_name)
+    names = " and ".join(design.controllers)
     return figure_file(figure(panels, "time since the step of the reference [s]", f"Steps, {names}", 1100.0))
 
 
