@@ -1,12 +1,11 @@
-"""The parts of `heli follow` around the twin: displays of the flight, and the end.
+"""The parts of `heli follow` around the twin: what is shown of the flight, and the end.
 
 At the end the twin is written as it flew last, and the recording is diagnosed.
 """
 
 import signal
-import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
@@ -20,7 +19,7 @@ from heli_identifier.cli import terminal
 from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, note_written, warn
 from heli_identifier.errors import IdentifierError
-from heli_identifier.live.display import show_screen, write_page
+from heli_identifier.live.display import state_text, write_page
 from heli_identifier.live.session import EVENTS, IN_USE, PAGE, PREDICTIONS, RECORDED, Session
 
 LONGEST = 600.0
@@ -32,13 +31,12 @@ DIAGNOSIS = "diagnosis"
 
 @contextmanager
 def open_displays(title: str) -> Iterator[Callable[[Session], None]]:
-    """Return a function that shows a flight on a terminal and as a page."""
-    with show_screen(title) if sys.stderr.isatty() else nullcontext() as screen:
+    """Return a function that shows a flight: a line with the detector as a bar on a terminal, and the page."""
+    with terminal.progress_bar() as bar:
 
         def show(session: Session) -> None:
             write_page(title, session)
-            if screen is not None:
-                screen(session)
+            bar(state_text(session), min(session.twin[1].alarm, 1.0) if session.twin else 0.0)
 
         yield show
 

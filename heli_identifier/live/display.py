@@ -1,19 +1,12 @@
-"""A twin that follows, as people see it: on the terminal, and as a page in the folder of the flight.
+"""A twin that follows, as a page in the folder of the flight.
 
 The page is a file, so that nothing has to be served. While the twin flies, it loads itself again every second.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from math import nan
 from typing import Any
 
 import numpy as np
-from rich import box
-from rich.console import Console, Group
-from rich.live import Live
-from rich.table import Table as Printed
-from rich.text import Text
 
 from heli_identifier.files import write_atomically
 from heli_identifier.live.session import PAGE, Session
@@ -24,36 +17,6 @@ from heli_plant.effects import AXES
 from heli_plant.observer import CORRECTED
 
 GAP = 0.5  # time without a comparison [s] over which a line of the page is broken
-
-_EVENTS_SHOWN = 8  # the latest ones, on the terminal
-_COLOURS = {"alarm": "yellow", "adopted": "green", "rolled back": "red", "stream": "magenta", "held": "dim"}
-
-
-@contextmanager
-def show_screen(title: str) -> Iterator[Callable[[Session], None]]:
-    """Show the twin on the error stream while the block runs; what was shown last stays there."""
-    console = Console(stderr=True, highlight=False)
-    with Live(Text(title), console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False) as live:
-        yield lambda session: live.update(draw_screen(title, session), refresh=True)
-
-
-def draw_screen(title: str, session: Session) -> Group:
-    """Return the screen; the table of parameters is last, as a small terminal cuts off the end."""
-    stream = Text(session.stream.line, style="red" if session.stream.silent else "dim")
-    parts: list[Any] = [Text(title, "bold"), state_text(session), stream]
-    if session.twin is not None:
-        events = [Text(event_line(event), _COLOURS.get(event["what"], "")) for event in session.events[-_EVENTS_SHOWN:]]
-        parts += [_print_table(axes_table(session)), *events, _print_table(values_table(session))]
-    return Group(*parts)
-
-
-def _print_table(table: Table) -> Printed:
-    printed = Printed(box=box.SIMPLE_HEAD, pad_edge=False)
-    for name, is_figure in zip(table.columns, table.figures, strict=True):
-        printed.add_column(Text(name), justify="right" if is_figure else "left")
-    for row in table.rows:
-        printed.add_row(*row)
-    return printed
 
 
 def write_page(title: str, session: Session) -> None:
@@ -93,13 +56,14 @@ def _draw_past(session: Session, unit: str, factor: float, *lines: tuple[str, st
 
 
 def state_text(session: Session) -> str:
-    """Return time, mode, detector and the likeliest change as a line of text."""
+    """Return time, mode, detector, the likeliest change and the stream as a line of text."""
+    stream = session.stream.line
     if session.twin is None:
-        return "waiting for the first sample"
+        return stream or "waiting for the first sample"
     plan, now = session.twin
     suspect = f", likeliest: {plan.changes[now.finding.change].name}" if now.finding.change >= 0 else ""
     detector = f"detector at {100.0 * min(now.alarm, 9.99):.0f} % of its threshold"
-    return f"{session.time:.1f} s, {now.shown_mode}; {detector}{suspect}"
+    return f"{session.time:.1f} s, {now.shown_mode}; {detector}{suspect}{stream and f'; {stream}'}"
 
 
 def event_line(event: Any) -> str:
