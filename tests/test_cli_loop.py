@@ -121,7 +121,7 @@ def test_without_a_held_out_log_the_last_one_is_held_out_and_of_a_single_one_the
 def test_identify_finds_the_parameters_of_a_rig_that_the_model_describes(tmp_path):
     (first, second, _), _ = demo_files("rig-c")
     values = heli_json("identify", first, second, "--to", 45, "--output", tmp_path / "out")["values"]
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {"parameters.json", "history.csv", "history.svg"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"identification.json", "history.csv", "history.svg"}
     # rig-c holds nothing beyond the model; a diagnosis of all its logs finds .3515 +- .0032
     assert values["pitch.gain"]["value"] == pytest.approx(0.3515, rel=0.01)
     assert 0.0 < values["pitch.gain"]["standard_error"] < 0.05 * values["pitch.gain"]["value"]

@@ -52,7 +52,7 @@ VERBOSE = flag("Print more: intervals, reasons, what was tried.", "--verbose", "
 SETTINGS = option([], "A parameter by its name; repeatable.", "NAME=VALUE", "--set", "-s", show_default=False)
 PARAMETERS = option(None, "parameters.json of a diagnosis, for the unit it names.", "FILE", "--parameters", "-p")
 PLANT_FILE = Path("parameters.json")
-PLANT = argument(PLANT_FILE, "parameters.json of a diagnosis or identification.", "FILE")
+PLANT = argument(PLANT_FILE, "parameters.json of a diagnosis, or identification.json.", "FILE")
 CONTROLLER = option(None, "controller.json: parameters of the controller that flies the rig.", "FILE")
 NATIVE = flag("Units in C, which need no Python on their host (compilers: extra `native`, or gcc).", "--native")
 

@@ -108,7 +108,8 @@ def identify(
 
     It minimises prediction errors, in open loop and where a controller flew.
 
-    Writes parameters.json (all logs together, weighted by their certainty), history.csv and history.svg.
+    Writes identification.json (parameters of all logs together, weighted by their certainty, in the form of a
+    parameters.json), history.csv and history.svg.
     """
     with results.write_whole_folder(output) as draft:
         recorded, rig = args.read_logs_of_rig(logs, config, start, end)

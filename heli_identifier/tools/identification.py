@@ -47,7 +47,7 @@ class Identification(Tabular):
     parameters: results.ParameterSet
     """The plant with these estimates."""
 
-    files: ClassVar = ("parameters.json", "history.csv", "history.svg")
+    files: ClassVar = ("identification.json", "history.csv", "history.svg")
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -80,11 +80,11 @@ class Identification(Tabular):
         return Table("Parameters with half of their 95 % intervals", columns, rows, remarks)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the content of parameters.json."""
+        """Return the content of identification.json, which is of the form of a parameters.json."""
         return self.parameters.to_dict()
 
     def write(self, folder: str | PathLike[str]) -> Path:
-        """Write parameters.json, history.csv and history.svg into ``folder``, all or nothing; return the folder.
+        """Write identification.json, history.csv and history.svg into ``folder``, all or nothing; return the folder.
 
         Raises
         ------

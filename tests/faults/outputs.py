@@ -36,7 +36,7 @@ FILES = (
     Fault("`-o` to a folder", lambda f: (f / "run.csv").mkdir(), f"{SIMULATE} -o run.csv", "run.csv: Is a directory"),
     Fault("`-o` to a full disk", nothing, f"{SIMULATE} -o /dev/full", "/dev/full: No space left on device", shell=True),
     Fault("a folder of results where a file stands", lambda f: (good(f), (f / "out").write_text("mine")), "heli identify log.csv -o out", "is a file, a folder is needed there"),
-    Fault("a folder of the user's where a file of results goes", lambda f: (good(f), (f / "out" / "parameters.json").mkdir(parents=True)), "heli identify log.csv -o out", "is a folder and is not replaced"),
+    Fault("a folder of the user's where a file of results goes", lambda f: (good(f), (f / "out" / "history.csv").mkdir(parents=True)), "heli identify log.csv -o out", "is a folder and is not replaced"),
     Fault("a figure of an unknown kind", nothing, f"{SIMULATE} --plot run.docx", "must end in .svg"),
     Fault("units built over the parameters", parameters(), "heli build HelicopterPlant -p parameters.json -o parameters.json", "parameters.json is read by this command and not written over"),
     Fault("`heli init` on a full disk", good, "heli init log.csv -o /dev/full", "/dev/full: No space left on device"),
