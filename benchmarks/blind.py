@@ -88,7 +88,7 @@ def judge_rig(case: Case, index: int, row: Row) -> Row:
     first = judged["found"] != [] and judged["found"][0] not in judged["false"]
     right = row["error"] is None and judged["named"] and not judged["false"]
     if case.group == "unknown":  # the variable of a torque has to be right too; its axis is drawn rig by rig
-        variables = {effect["variable"] for effect in row.get("effects", ()) if effect["name"] == "unknown"}
+        variables = {own["shape"].get("variable") for own in row.get("effects", ()) if own["name"] == "unknown"}
         right = not judged["false"] and rig.unknown is not None and rig.unknown.variable in variables
     return judged | {"group": case.group, "kind": case.kind, "rig": row["rig"], "told": told, "seen": seen,
                      "first": first, "right": right, "false": bool(judged["false"]), "error": row["error"]}  # fmt: skip

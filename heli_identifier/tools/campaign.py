@@ -1,9 +1,9 @@
 """Campaigns: each rig of a list is diagnosed once, even if the campaign is killed and started again.
 
-A row holds what a campaign keeps of a rig, or the text of its ``error``, by key; it travels between processes and is
-stored as a JSON file, as soon as it arrives. Its ``key`` is a digest of everything that it depends on: the content of
-the logs, the settings, and the source of this program. A campaign that is started again skips the rigs that have a row
-with this key, and tries rigs that failed again.
+A row holds the diagnosis of a rig, or the text of its ``error``; it travels between processes and is stored as a JSON
+file, as soon as it arrives. Its ``key`` is a digest of everything that it depends on: the content of the logs, the
+settings, and the source of this program. A campaign that is started again skips the rigs that have a row with this key,
+and tries rigs that failed again.
 
 Rigs are independent, so more rigs at once use cores better than more threads per rig. On this machine every rig has a
 process to itself: if it crashes, this rig fails alone. On a cluster Dask gives the rig of a dead worker to another one.
@@ -16,7 +16,7 @@ from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from contextlib import contextmanager, suppress
 from hashlib import sha256
 from importlib.util import find_spec
-from json import loads
+from json import dumps, loads
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -29,7 +29,7 @@ from heli_identifier.errors import ConfigurationError, IdentifierError, refuse
 from heli_identifier.files import draft_folder, write_atomically
 from heli_identifier.processes import NoAnswer, call_apart
 from heli_identifier.results import Table, document_text, write_whole_folder
-from heli_identifier.tools.rigs import Source, digest_files, error_text, summarise_diagnosis
+from heli_identifier.tools.rigs import Source, digest_files, error_text
 from heli_identifier.tracing import DiagnosisSettings, Progress
 
 CONSOLIDATED = "campaign.parquet"
@@ -37,7 +37,7 @@ CONNECTING = 60.0  # time limit [s] for a scheduler to answer, and then for its 
 PATIENCE = 6 * 3600.0  # a process that works on one rig for longer [s] hangs
 
 Row = dict[str, Any]
-"""The ``rig``, the ``error``, what :func:`.rigs.summarise_diagnosis` returns if there is none, and the ``key``."""
+"""The ``rig``, the ``error``, the keys of diagnosis.json if there is none, and the ``key``."""
 
 
 def diagnose_source(source: Source, settings: DiagnosisSettings) -> Row:
@@ -48,7 +48,7 @@ def diagnose_source(source: Source, settings: DiagnosisSettings) -> Row:
     """
     start = perf_counter()
     try:
-        return summarise_diagnosis(source.rig, source.load().diagnose(settings))
+        return source.load().diagnose(settings).to_dict()
     except Exception as error:
         return {"error": error_text(error), "seconds": perf_counter() - start}
 
@@ -158,10 +158,9 @@ def _work_apart(work: Work, source: Source, settings: DiagnosisSettings) -> Row:
 
 
 def parquet_bytes(rows: Sequence[Row]) -> bytes:
-    """Return rows as a Parquet file, a column for every plain value: ``axes_pitch_use`` of ``axes``."""
-    without_none = [{key: value for key, value in row.items() if value is not None} for row in rows]
-    table = pd.json_normalize(without_none, sep="_")
-    return table.reindex(columns=[*dict.fromkeys(("rig", "error", "verdict", *table.columns))]).to_parquet()
+    """Return rows as a Parquet file, a column for every plain value: ``axes_pitch_use`` of ``axes``; lists are JSON."""
+    table = pd.json_normalize([*rows], sep="_")
+    return table.map(lambda cell: dumps(cell) if isinstance(cell, list) else cell).to_parquet()
 
 
 def campaign_table(rows: Sequence[Row]) -> Table:

@@ -31,7 +31,7 @@ from heli_identifier.provenance import provenance
 from heli_identifier.records import find_shared_flight
 from heli_identifier.results import Diagnosis, effect_name, slope_estimates, to_json_value
 from heli_identifier.tools.meta_analysis import Pooled, pool_estimates
-from heli_identifier.tools.rigs import Rig, error_text, summarise_diagnosis
+from heli_identifier.tools.rigs import Rig, error_text
 from heli_identifier.tracing import CatalogueVerdict, Progress, Verdict
 from heli_plant.effects import effect
 
@@ -113,7 +113,7 @@ class Fleet:
         return to_json_value(
             {
                 "schema": SCHEMA,
-                "rigs": [summarise_diagnosis(rig, diagnosis) for rig, diagnosis in self.diagnoses.items()],
+                "rigs": [{"rig": rig, **diagnosis.to_dict()} for rig, diagnosis in self.diagnoses.items()],
                 "failures": [{"rig": rig, "error": error} for rig, error in self.failures.items()],
                 "effects": self.effects,
                 "parameters": self.parameters,

@@ -50,23 +50,6 @@ class Rig:
         return replace(diagnosis, notes=(*self.left_out, *diagnosis.notes))
 
 
-KEPT = ("verdict", "closed_loop", "axes", "held_out", "parameters_after", "data", "notes", "seconds")
-KEPT_OF_EFFECTS = ("name", "axis", "verdict", "score", "in_plant", "coefficient", "alternatives")
-"""Keys of diagnosis.json, and of its effects, that fleets and campaigns keep."""
-
-
-def summarise_diagnosis(rig: str, diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return the part of a rig's diagnosis.json that fleets and campaigns keep."""
-    document = diagnosis.to_dict()
-    row = {"rig": rig, **{key: document[key] for key in KEPT}}
-    for found in ("effects", "possible"):
-        row[found] = [
-            {**{key: effect[key] for key in KEPT_OF_EFFECTS}, "variable": effect["shape"].get("variable")}
-            for effect in document[found]
-        ]
-    return row
-
-
 class Source(NamedTuple):
     """The unique name of a ``rig``, a function that loads its logs, and one that gives a digest of their content."""
 
