@@ -37,7 +37,7 @@ from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.records import Log
 from heli_identifier.results import diagnose
 from heli_identifier.tools import Source, diagnose_source, digest_files, run_campaign
-from heli_identifier.tracing import DiagnosisSettings, fit
+from heli_identifier.tracing import fit
 from heli_plant.effects import effect
 from tests.blind.damage import DAMAGES
 from tests.blind.generator import BATTERY, SINGLE, Case, make_rig
@@ -47,10 +47,10 @@ BASE = ModelParameters._fields
 GROUPS = dict.fromkeys(case.group for case in BATTERY)
 
 
-def diagnosed_and_told(source: Source, settings: DiagnosisSettings) -> Row:
+def diagnosed_and_told(source: Source) -> Row:
     """Diagnose a rig; add the largest ``told`` score of its effects to the row, if the catalogue has these effects."""
     rig: Any = source.load()  # a TrueRig
-    row = diagnose_source(source._replace(load=lambda: rig), settings)
+    row = diagnose_source(source._replace(load=lambda: rig))
     entries = [name.split() for name in rig.truth if " " in name and not name.startswith("unknown")]
     scores = told_scores(rig.training, [effect(name, axis).field for name, axis in entries])
     return row | ({"told": max(scores.values())} if scores else {})

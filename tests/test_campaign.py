@@ -40,7 +40,7 @@ MODULE = """
 import os, time
 from pathlib import Path
 
-def work(source, settings):
+def work(source):
     seed, folder, seconds, first = source.load()
     if not list(Path(folder).glob(f"began.{seed}.*")):
         seconds = first

@@ -3,14 +3,14 @@
 from dataclasses import asdict
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from heli_identifier import results, tools
 from heli_identifier.cli import arguments as args
 from heli_identifier.cli.arguments import argument, flag, option
 from heli_identifier.cli.guard import only_with
 from heli_identifier.cli.terminal import note, print_answer, progress_bar
-from heli_identifier.errors import refuse, require_range
+from heli_identifier.errors import refuse
 from heli_plant.control import PidSettings
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import PlantParameters
@@ -41,10 +41,10 @@ def effects(
 def design(
     named: list[str] = argument([], "One effect to show, or two to separate, each NAME or NAME:AXIS.", "EFFECT"),
     parameters: Path | None = args.PARAMETERS,
-    duration: float = option(90.0, "Length of the experiment, 20 to 3600.", "SECONDS"),
-    pitch_limit: float = option(1.2, "Largest pitch either way.", "RAD"),
-    elevation_limit: float = option(0.8, "Largest elevation either way.", "RAD"),
-    voltage_limit: float = option(5.0, "Largest voltage either way.", "VOLT"),
+    duration: float = option(90.0, "Length of the experiment.", "SECONDS", min=20, max=3600),
+    pitch_limit: float = option(1.2, "Largest pitch either way.", "RAD", min=0.01),
+    elevation_limit: float = option(0.8, "Largest elevation either way.", "RAD", min=0.01),
+    voltage_limit: float = option(5.0, "Largest voltage either way.", "VOLT", min=0.1),
     output: Path | None = args.to_file("Write the best experiment's voltages as CSV."),
     closed_loop: bool = flag("What to add to a flight under the controller, for its parameters.", "--closed-loop"),
     hover: float = option(0.15, "Elevation held, with --closed-loop.", "RAD"),
@@ -57,7 +57,6 @@ def design(
     With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The PID that
     flies is that of --controller, as `heli design-controller --kind pid` writes it, or of heli.toml.
     """
-    require_range("duration", duration, "s", 20.0, 3600.0)
     no_task = len(named) > 2 or bool(named) == closed_loop
     refuse(no_task, "name one effect to show, or two to separate, or give --closed-loop.")
     no_flight = f"keeps the pitch within {pitch_limit:g} rad and the elevation within {elevation_limit:g} rad"
@@ -124,11 +123,13 @@ def linearise(
 
 def design_controller(
     parameters: Path = args.PLANT,
-    kind: str = option("lqi", "pid, lqr or lqi.", "KIND", "--kind", "-k"),
-    axis: str = option("travel", "Angle controlled beside the elevation: pitch or travel.", "AXIS"),
+    kind: Literal["pid", "lqr", "lqi"] = option("lqi", "pid, lqr or lqi.", "KIND", "--kind", "-k"),
+    axis: Literal["pitch", "travel"] = option(
+        "travel", "Angle controlled beside the elevation: pitch or travel.", "AXIS"
+    ),
     elevation: float = option(0.1, "Elevation of the operating point.", "RAD"),
     pitch: float = option(0.0, "Pitch of the operating point, with --axis pitch.", "RAD"),
-    plants: int = option(1000, "Plants over which the designs are judged.", "N"),
+    plants: int = option(1000, "Plants over which the designs are judged.", "N", min=20, max=20_000),
     config: Path | None = args.CONFIG,
     output: Path = args.folder("control"),
     json: bool = args.JSON,
@@ -140,7 +141,6 @@ def design_controller(
     """
     from fmu_src.native import controller_sources
 
-    require_range("plants", plants, "1", 20, 20_000)
     aim = args.find_configuration(config).controller
     with results.write_whole_folder(output, ("controller.c", "controller.h")) as draft:
         given = args.read_parameters_and_warn(parameters)

@@ -67,13 +67,11 @@ def campaign(
 
     Writes campaign.parquet, one row per rig, and beside it the single rows. Exit 1 if a rig could not be diagnosed.
     """
-    config_file = args.configuration_file(config)
-    sources, empty = tools.find_rigs(folder, config_file)
+    sources, empty = tools.find_rigs(folder, args.configuration_file(config))
     if empty:
         note(f"without a log, left out: {', '.join(empty)}")
-    settings = hi.DiagnosisSettings.from_rig(args.find_configuration(config_file))
     with progress_bar(lines=True) as progress:
-        rows = tools.run_campaign(sources, output, settings, scheduler=scheduler, workers=workers, progress=progress)
+        rows = tools.run_campaign(sources, output, scheduler, workers, progress)
     print_answer(json, rows, [tools.campaign_table(rows)], (), (output, [tools.CONSOLIDATED]))
     failed = [row for row in rows if row["error"] is not None]
     for row in failed:

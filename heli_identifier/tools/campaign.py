@@ -1,9 +1,9 @@
 """Campaigns: each rig of a list is diagnosed once, even if the campaign is killed and started again.
 
 A row holds the diagnosis of a rig, or the text of its ``error``; it travels between processes and is stored as a JSON
-file, as soon as it arrives. Its ``key`` is a digest of everything that it depends on: the content of the logs, the
-settings, and the source of this program. A campaign that is started again skips the rigs that have a row with this key,
-and tries rigs that failed again.
+file, as soon as it arrives. Its ``key`` is a digest of everything that it depends on: the content of the logs and of
+the configuration, and the source of this program. A campaign that is started again skips the rigs that have a row with
+this key, and tries rigs that failed again.
 
 Rigs are independent, so more rigs at once use cores better than more threads per rig. On this machine every rig has a
 process to itself: if it crashes, this rig fails alone. On a cluster Dask gives the rig of a dead worker to another one.
@@ -30,7 +30,7 @@ from heli_identifier.files import draft_folder, write_atomically
 from heli_identifier.processes import NoAnswer, call_apart
 from heli_identifier.results import Table, document_text, write_whole_folder
 from heli_identifier.tools.rigs import Source, digest_files, error_text
-from heli_identifier.tracing import DiagnosisSettings, Progress
+from heli_identifier.tracing import Progress
 
 CONSOLIDATED = "campaign.parquet"
 CONNECTING = 60.0  # time limit [s] for a scheduler to answer, and then for its first worker
@@ -40,26 +40,21 @@ Row = dict[str, Any]
 """The ``rig``, the ``error``, the keys of diagnosis.json if there is none, and the ``key``."""
 
 
-def diagnose_source(source: Source, settings: DiagnosisSettings) -> Row:
-    """Load and diagnose one rig, whose own configuration overrides the settings.
-
-    A rig that cannot be read or diagnosed gives a row with the text of its ``error``: one bad rig does not end the
-    campaign.
-    """
+def diagnose_source(source: Source) -> Row:
+    """Load and diagnose one rig; the row of one that cannot be read or diagnosed has the text of its ``error``."""
     start = perf_counter()
     try:
-        return source.load().diagnose(settings).to_dict()
+        return source.load().diagnose().to_dict()
     except Exception as error:
         return {"error": error_text(error), "seconds": perf_counter() - start}
 
 
-Work = Callable[[Source, DiagnosisSettings], Row]
+Work = Callable[[Source], Row]
 
 
 def run_campaign(
     sources: Sequence[Source],
     folder: str | Path,
-    settings: DiagnosisSettings | None = None,
     scheduler: str | None = None,
     workers: int | None = None,
     progress: Progress = lambda what, share: None,
@@ -69,7 +64,7 @@ def run_campaign(
 
     The ``folder`` holds ``rows/RIG.json`` and ``campaign.parquet`` with all rows; each file is written completely or
     not at all. ``scheduler`` is the address of a running Dask scheduler, "tcp://host:8786"; without it ``workers``
-    processes run on this machine, by default one per core. A worker calls ``work`` with a rig and the settings.
+    processes run on this machine, by default one per core. A worker calls ``work`` with a rig.
 
     ConfigurationError if no scheduler answers, it has no worker, its workers run another version of this software, or
     the folder cannot be used.
@@ -77,10 +72,10 @@ def run_campaign(
     for package in ("pyarrow", *(["distributed"] if scheduler else [])):
         missing = find_spec(package) is None
         refuse(missing, f"this campaign needs the package {package}: pip install 'heli-twin[cluster]'.")
-    settings, stored = settings or DiagnosisSettings(), Path(folder) / "rows"
+    stored = Path(folder) / "rows"
     with write_whole_folder(folder) as draft:
         software = software_digest()
-        keys = {x.rig: sha256(repr((x.content(), settings, software)).encode()).hexdigest() for x in sources}
+        keys = {x.rig: sha256((x.content() + software).encode()).hexdigest() for x in sources}
         rows = {rig: row for rig, key in keys.items() if (row := _read_row(stored / f"{rig}.json", key))}
 
         def report() -> None:
@@ -91,7 +86,7 @@ def run_campaign(
         report()
         if waiting := [source for source in sources if source.rig not in rows]:
             with _start_workers(scheduler, workers) as submit:
-                futures = {submit(work, source, settings): source.rig for source in waiting}
+                futures = {submit(work, source): source.rig for source in waiting}
                 for future in as_completed(futures):
                     rig = futures.pop(future)  # while it is held, Dask would repeat it if its worker died
                     try:
@@ -148,11 +143,11 @@ def _start_workers(scheduler: str | None, workers: int | None) -> Iterator[Calla
         yield client.get_executor(pure=False).submit
 
 
-def _work_apart(work: Work, source: Source, settings: DiagnosisSettings) -> Row:
+def _work_apart(work: Work, source: Source) -> Row:
     """Work on a rig in a process of its own; one that crashes or hangs gives a row with an error."""
     with draft_folder() as folder:
         try:
-            return call_apart(folder, work, source, settings, error=IdentifierError, patience=PATIENCE)
+            return call_apart(folder, work, source, error=IdentifierError, patience=PATIENCE)
         except NoAnswer as error:
             return {"error": "its process {}: {}".format(*error.args)}
 

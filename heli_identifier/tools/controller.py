@@ -7,6 +7,7 @@ factors of :data:`WEIGHT_FACTOR` until 95 % of the drawn plants keep the require
 """
 
 from math import isfinite
+from typing import Literal
 
 import numpy as np
 
@@ -24,8 +25,8 @@ from heli_identifier.tracing import Progress, Rig
 from heli_plant.control import PidSettings
 from heli_plant.state_feedback import FeedbackSettings
 
-KINDS = ("lqi", "lqr", "pid")
-SECOND_ANGLES = ("pitch", "travel")  # angles that may be controlled in addition to the elevation
+Kind = Literal["pid", "lqr", "lqi"]
+SecondAngle = Literal["pitch", "travel"]  # that is controlled in addition to the elevation
 DRAWS, SEARCHED = 1000, 200  # drawn plants with which a design is judged, and with which a robust one is searched
 ROBUST = 30  # drawn plants for which a PID is retuned
 WEIGHT_FACTOR, MOST_FACTORS = 1.5, 24  # factor by which the weight of the voltages is raised, and how often at most
@@ -33,8 +34,8 @@ WEIGHT_FACTOR, MOST_FACTORS = 1.5, 24  # factor by which the weight of the volta
 
 def design_controller(
     parameters: ParameterSet,
-    kind: str = "lqi",
-    other: str = "pitch",
+    kind: Kind = "lqi",
+    other: SecondAngle = "pitch",
     elevation: float = 0.0,
     pitch: float = 0.0,
     aim: ControllerConfiguration | None = None,
@@ -43,15 +44,13 @@ def design_controller(
 ) -> Design:
     """Design a nominal and a robust controller at an elevation [rad] and, if the pitch is controlled, a pitch [rad].
 
-    ``kind`` is one of :data:`KINDS`, ``other`` the second controlled angle, travel or pitch. ``aim`` has the period,
-    the weights and the required disk margin. The designs are judged over ``draws`` plants.
+    ``other`` is the second controlled angle. ``aim`` has the period, the weights and the required disk margin. The
+    designs are judged over ``draws`` plants.
 
     ConfigurationError if the diagnosis does not call an axis fit for control, there is no equilibrium within the
     motors' voltages, the design is unstable, or the period is too long.
     """
     aim, with_travel, axes = aim or ControllerConfiguration(), other == "travel", ("elevation", other)
-    known = kind in KINDS and other in SECOND_ANGLES
-    refuse(not known, f"no {kind!r} of the {other} is designed; choose one of {', '.join(KINDS)}, and pitch or travel.")
     refuse(
         with_travel and pitch != 0.0,
         f"a pitch of {pitch:g} rad cannot be held while the travel is controlled; leave it out, or control the pitch "

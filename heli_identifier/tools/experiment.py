@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
 from heli_identifier import results, tracing
-from heli_identifier.errors import refuse, require_range
+from heli_identifier.errors import refuse
 from heli_identifier.files import write_atomically
 from heli_identifier.online.excitation import Excitation, Multisine, paper_channels, voltages
 from heli_identifier.records import Log
@@ -62,11 +62,6 @@ class Limits:
     voltage: float = 5.0
     pitch: float = 1.2
     elevation: float = 0.8
-
-    def __post_init__(self) -> None:
-        require_range("voltage limit", self.voltage, "V", 0.1, 100.0)
-        require_range("pitch limit", self.pitch, "rad", 0.01, 100.0)
-        require_range("elevation limit", self.elevation, "rad", 0.01, 100.0)
 
     def largest_motion(self, angles: Array, hover: float = 0.0) -> tuple[float, float] | None:
         """Return the largest pitch and deviation from the elevation ``hover`` [rad]; None beyond the limits."""

@@ -37,16 +37,16 @@ class Rig:
     training: tuple[Log, ...]
     held_out: tuple[Log, ...]
     configuration: RigConfiguration | None = None
-    """The rig's own configuration; with None the settings of the campaign or the fleet apply."""
+    """Its configuration; None for the defaults."""
     note: str = ""
     """What was held out if the names of the logs do not say so."""
     left_out: tuple[str, ...] = ()
     """Why logs in its folder are not used."""
 
-    def diagnose(self, settings: DiagnosisSettings | None = None, **options: Any) -> Diagnosis:
-        """Diagnose it; its own configuration overrides the settings, and the notes say which logs are left out."""
-        used = settings if self.configuration is None else DiagnosisSettings.from_rig(self.configuration)
-        diagnosis = diagnose(self.training, held_out=self.held_out, settings=used or DiagnosisSettings(), **options)
+    def diagnose(self, **options: Any) -> Diagnosis:
+        """Diagnose it; the notes say which logs are left out."""
+        settings = DiagnosisSettings.from_rig(self.configuration or RigConfiguration())
+        diagnosis = diagnose(self.training, held_out=self.held_out, settings=settings, **options)
         return replace(diagnosis, notes=(*self.left_out, *diagnosis.notes))
 
 
