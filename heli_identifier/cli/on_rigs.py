@@ -38,10 +38,8 @@ def fleet(
             except IdentifierError as error:
                 failures[folder.rig] = str(error)
                 continue
-            for text in rig.left_out:
-                warn(f"rig {folder.rig}: {text}")
-            if rig.note:
-                note(f"{rig.note} (a name that begins with held says which)")
+            for text in rig.notes:
+                note(f"rig {folder.rig}: {text}")
             print_notes((*rig.training, *rig.held_out))
         with progress_bar() as progress:
             diagnosed = tools.diagnose_rigs(rigs, failures, progress)

@@ -18,7 +18,6 @@ from hashlib import sha256
 from importlib.util import find_spec
 from json import dumps, loads
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 import pandas as pd
@@ -42,11 +41,10 @@ Row = dict[str, Any]
 
 def diagnose_source(source: Source) -> Row:
     """Load and diagnose one rig; the row of one that cannot be read or diagnosed has the text of its ``error``."""
-    start = perf_counter()
     try:
         return source.load().diagnose().to_dict()
     except Exception as error:
-        return {"error": error_text(error), "seconds": perf_counter() - start}
+        return {"error": error_text(error)}
 
 
 Work = Callable[[Source], Row]

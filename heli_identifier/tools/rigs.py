@@ -38,16 +38,14 @@ class Rig:
     held_out: tuple[Log, ...]
     configuration: RigConfiguration | None = None
     """Its configuration; None for the defaults."""
-    note: str = ""
-    """What was held out if the names of the logs do not say so."""
-    left_out: tuple[str, ...] = ()
-    """Why logs in its folder are not used."""
+    notes: tuple[str, ...] = ()
+    """Why logs in its folder are not used, and what was held out if their names do not say so."""
 
     def diagnose(self, **options: Any) -> Diagnosis:
-        """Diagnose it; the notes say which logs are left out."""
+        """Diagnose it; the notes of the diagnosis begin with those of the rig."""
         settings = DiagnosisSettings.from_rig(self.configuration or RigConfiguration())
         diagnosis = diagnose(self.training, held_out=self.held_out, settings=settings, **options)
-        return replace(diagnosis, notes=(*self.left_out, *diagnosis.notes))
+        return replace(diagnosis, notes=(*self.notes, *diagnosis.notes))
 
 
 class Source(NamedTuple):
@@ -166,8 +164,8 @@ def _read_rig(training: Sequence[Path], held_out: Sequence[Path], file: Path | N
         raise errors[training[0]]
     logs = records.read_logs((*to_fit, *to_hold_out))
     training_logs, held_out_logs, note = split_logs(logs[: len(to_fit)], logs[len(to_fit) :])
-    left_out = tuple(f"{path.name} is left out: {error}" for path, error in errors.items())
-    return Rig(training_logs, held_out_logs, configuration=configuration, note=note, left_out=left_out)
+    notes = [*(f"{path.name} is left out: {error}" for path, error in errors.items()), *([note] if note else [])]
+    return Rig(training_logs, held_out_logs, configuration, tuple(notes))
 
 
 def digest_files(files: Iterable[Path]) -> str:
