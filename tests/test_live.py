@@ -82,7 +82,7 @@ def test_a_network_that_loses_doubles_and_delays_gives_every_instant_once_and_co
     assert [row[0] for row in rows] == sorted({row[0] for row in rows})
     counts = listening.order.counts
     assert listening.port.refused == 2 and listening.rate == 100.0
-    assert f"{200 - len(numbers)} were lost" in listening.status.faults
+    assert f"{200 - len(numbers)} lost" in listening.status.faults
     assert [counts[one] for one in ("received", "lost", "duplicated")] == [len(numbers), 200 - len(numbers), len(twice)]
 
 

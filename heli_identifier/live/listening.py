@@ -75,19 +75,10 @@ class Listening:
 
     @property
     def status(self) -> Status:
-        """State of the stream in words."""
+        """State of the stream in words; what is counted has the names of RigLink's outputs."""
         port, counts, silence = self.port, self.order.counts, monotonic() - self.heard_at
-        wrong_samples = {
-            "were lost": counts["lost"],
-            "came too late": counts["late"],
-            "were overtaken": counts["reordered"],
-            "came twice": counts["duplicated"],
-            "had a damaged time": counts["stray"],
-            "datagrams held no sample": port.refused,
-            "datagrams came from others": port.foreign,
-            "starts of the rig": counts["restarted"] + 1 if counts["restarted"] else 0,
-        }
-        wrong = ", ".join(f"{number} {what}" for what, number in wrong_samples.items() if number)
+        others = {**counts, "received": 0, "refused": port.refused, "foreign": port.foreign}
+        wrong = ", ".join(f"{number} {what}" for what, number in others.items() if number)
         received, texts = counts["received"], [f"{_UNCLEAR}; they are counted"] if self.uses_clock is False else []
         texts += [f"of {received + counts['lost']} samples {wrong}"] if wrong else []
         faults = "; ".join(texts)
