@@ -12,6 +12,7 @@ corrected plant, against those of the true plant; the corrected plant's error ov
 
 from functools import partial
 from itertools import product
+from typing import cast
 
 import numpy as np
 
@@ -20,9 +21,12 @@ from benchmarks.rigs import windy_logs, windy_plant
 from heli_identifier.errors import ConfigurationError, IdentifierError
 from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, corrected_parameters, diagnose, plant_values
-from heli_identifier.tools import Design, design_controller, judging, linearisation, loop, margins
+from heli_identifier.tools import Design, design_controller, judging, linearisation, loop
 from heli_identifier.tools.plants import Plants
+from heli_plant.effects import AXES
 from heli_plant.parameters import TABLE_2, PlantParameters
+from heli_plant.plant import rigid_start
+from heli_plant.state_feedback import FeedbackSettings, Rotors, repeat_row, start_feedback
 from tests.blind.air import COLOURS
 from tests.blind.windy import windy_rig
 
@@ -39,10 +43,8 @@ def linear_model(plant: PlantParameters, design: Design) -> linearisation.Linear
 
 def check_promises(truth: PlantParameters, design: Design) -> dict[str, bool]:
     """Return which of :data:`KEPT` hold for a design around the true plant."""
-    model, omega, promised = linear_model(truth, design), margins.frequencies(AIM.period), design.delivered.figures
-    responses = margins.plant_response(model, omega)[None].repeat(2, axis=0)
-    true_plant = Plants(model, (model,), omega, responses, ())
-    judged = judging.judge_controller(true_plant, design.delivered.settings, design.axes)
+    model, promised = linear_model(truth, design), design.delivered.figures
+    judged = judging.judge_controller(Plants(model, (model,), ()), design.delivered.settings, design.axes)
     if not judged.is_stable:
         return dict.fromkeys(KEPT, False)
     margin = judged.figures["disk"].value >= promised["disk"].promised - 1e-3
@@ -54,8 +56,17 @@ def check_promises(truth: PlantParameters, design: Design) -> dict[str, bool]:
 
 def predicted_steps(plant: PlantParameters, design: Design) -> np.ndarray:
     """Return the step responses of the whole plant [rad], one axis after the other."""
-    model, settings = linear_model(plant, design), design.delivered.settings
-    return np.concatenate([loop.step_response(model, settings, axis, 0.1, 8.0) for axis in design.axes])
+    plant = plant._replace(moving_mass_elevation=0.0)  # a mass that moved once in a log does not move here
+    point, settings = linear_model(plant, design).point, cast(FeedbackSettings, design.delivered.settings)
+    hold, held = np.array([point.pitch, point.elevation, 0.0]), Rotors(point.v_front, point.v_rear)
+    change = Rotors(*np.subtract(held, settings.hover).tolist())  # that holds this plant, not the design's
+    memory = start_feedback(point.pitch, point.elevation, 0.0, settings)._replace(now=change, before=repeat_row(change))
+    state, responses = rigid_start(point.state(plant), plant), []
+    for index in map(AXES.index, design.axes):
+        references = np.tile(hold + 0.1 * np.eye(3)[index], (round(8.0 / AIM.period), 1))
+        angles, _ = loop.fly(plant, settings, references, state, held, AIM.period, memory)
+        responses.append(angles[:, index] - hold[index])
+    return np.concatenate(responses)
 
 
 def judge_designs(plants: int, colour: str, seed: int) -> list[Row]:

@@ -218,10 +218,8 @@ def rank_outlooks(outlooks: Mapping[Proposal, Outlook]) -> dict[Proposal, Outloo
 
 def write_voltages(proposal: Proposal, duration: float, path: Path) -> None:
     """Write time [s], v_front [V], v_rear [V] of an experiment as a CSV file that a rig can play."""
-    lines = ["time [s],v_front [V],v_rear [V]"]
-    for k, (front, rear) in enumerate(proposal.voltages(duration)):
-        lines.append(f"{k * STEP:.2f},{front:.5f},{rear:.5f}")
-    write_atomically(path, "\n".join(lines) + "\n")
+    rows = (f"{k * STEP:.2f},{front:.5f},{rear:.5f}\n" for k, (front, rear) in enumerate(proposal.voltages(duration)))
+    write_atomically(path, "".join(("time [s],v_front [V],v_rear [V]\n", *rows)))
 
 
 def experiment_table(outlooks: Sequence[Outlook]) -> Table:

@@ -25,15 +25,22 @@ FEW = 60  # drawn plants with which the ends of a 95 % interval are known to a t
 class Plants:
     """The estimated plant at an operating point, and M ``drawn`` plants that the data allow, each at its own point.
 
-    ``responses`` (M + 1, N, 3, 2) are :func:`plant_response` of the estimated and the drawn plants at the frequencies
-    ``omega`` (N,) [rad/s]; ``notes`` say what the linear model lacks, and how plants were drawn.
+    ``notes`` say what the linear model lacks, and how plants were drawn.
     """
 
     model: LinearModel
     drawn: tuple[LinearModel, ...]
-    omega: Array
-    responses: Responses
     notes: tuple[str, ...]
+
+    @cached_property
+    def omega(self) -> Array:
+        """Frequencies (N,) [rad/s]."""
+        return frequencies(self.model.sampled.dt)
+
+    @cached_property
+    def responses(self) -> Responses:
+        """:func:`plant_response` of the estimated and the drawn plants at these frequencies, (M + 1, N, 3, 2)."""
+        return np.array([plant_response(linear, self.omega) for linear in (self.model, *self.drawn)])
 
     @cached_property
     def matrices(self) -> dict[str, Any]:
@@ -98,8 +105,6 @@ def allowed_plants(
             drawn.append(linear_model(plant, pitch, elevation, period))
     at = f"pitch {model.point.pitch:g} rad, elevation {elevation:g} rad; choose a point nearer to rest."
     refuse(not drawn, f"none of {draws} plants that the data allow has an equilibrium at {at}")
-    omega = frequencies(period)
-    responses = np.array([plant_response(linear, omega) for linear in (model, *drawn)])
     notes = list(wrong_signs(parameters))
     notes += [
         f"the linear model leaves out {BY_FIELD[field].name}: friction that sticks has no slope at rest"
@@ -112,4 +117,4 @@ def allowed_plants(
         notes.append(parameters.drawn_from_prior)
     if missing := draws - len(drawn):
         notes.append(f"{missing} of {draws} plants that the data allow have no equilibrium there")
-    return Plants(model, tuple(drawn), omega, responses, tuple(notes))
+    return Plants(model, tuple(drawn), tuple(notes))
