@@ -20,15 +20,12 @@ def check_closed_loop(
 ) -> Check:
     """Fly logs again, 3 s at a time from the measured motion, with the controller that flew.
 
-    The simulated voltages are the measured ones plus the controller's answer to simulated less measured angles: what
-    came from outside stays in them, and no reference has to be known. Errors of the followed axes up to ``limit`` [rad]
-    pass. ConfigurationError if the sampling of a log does not fit a state feedback.
+    The simulated voltages are the measured ones plus the answer of the controller, without its limits, to simulated
+    less measured angles: what came from outside stays in them, and no reference has to be known. Errors of the followed
+    axes up to ``limit`` [rad] pass. ConfigurationError if the sampling of a log does not fit a state feedback.
     """
-    plant, followed, outcomes = (
-        to_plant(parameters),
-        ("elevation", "travel" if settings.travel_enabled else "pitch"),
-        [],
-    )
+    plant, outcomes = to_plant(parameters), list[Outcome]()
+    followed = ("elevation", "travel" if settings.travel_enabled else "pitch")
     for log in read_logs(logs):
         figures = dict(zip(AXES, errors_in_loop(plant, log, partial(answer_deviations, settings)), strict=True))
         outcomes += [Outcome(log.name, axis, figures[axis], limit) for axis in followed]
