@@ -43,7 +43,7 @@ def to_file(text: str) -> Any:
     return option(None, text, "FILE", "--output", "-o")
 
 
-LOGS = argument(..., "Measured logs, CSV or MATLAB, 50 Hz to 2 kHz, all of one rig.", "LOG")
+LOGS = argument(..., "Measured logs of one rig (CSV, MATLAB, ...), 50 Hz to 2 kHz.", "LOG")
 CONFIG = option(None, "Configuration of the rig; by default heli.toml of this folder.", "FILE", "--config", "-c")
 FROM = option(None, "First instant used, in the log's own time.", "SECONDS", "--from")
 TO = option(None, "Last instant used, in the log's own time.", "SECONDS", "--to")
@@ -53,8 +53,8 @@ SETTINGS = option([], "A parameter by its name; repeatable.", "NAME=VALUE", "--s
 PARAMETERS = option(None, "parameters.json of a diagnosis, for the unit it names.", "FILE", "--parameters", "-p")
 PLANT_FILE = Path("parameters.json")
 PLANT = argument(PLANT_FILE, "parameters.json of a diagnosis or identification.", "FILE")
-CONTROLLER = option(None, "controller.json: parameters of the controller that flies the rig.", "FILE")
-NATIVE = flag("Units in C, which need no Python on their host (compilers: extra `native`, or gcc).", "--native")
+CONTROLLER = option(None, "Parameters of the controller that flies: controller.json of heli design-controller.", "FILE")
+NATIVE = flag("Units in C, which need no Python on their host; a C compiler builds them.", "--native")
 
 
 def scenario_name(default: Any) -> Any:

@@ -193,7 +193,7 @@ def _leading_change(diagnosis: DiagnosisFile, effects: Sequence[tracing.FoundEff
     if not usable:
         return "On held-out logs no axis of the plant is usable."
     if not changes:
-        return f"On held-out logs no usable axis's error {AHEAD[field]} clearly changes."
+        return f"On held-out logs no usable axis clearly changes its error {AHEAD[field]}."
     axes = [effect.axis for effect in effects]
     axis = max(changes, key=lambda name: (name in axes, abs(changes[name])))
     verb = "falls" if changes[axis] < 0.0 else "rises"
