@@ -135,8 +135,8 @@ class HeldOutLikelihood:
     gain: ErrorFigure
     """After less before [nats], all held-out logs together, with its 95 % interval."""
     chi2: Mapping[str, tuple[Number, int]] = field(default_factory=dict)
-    """Of the instruments' judgement `before` and `after`: statistic and degrees of freedom; empty without
-    references."""
+    """Of the instruments' judgement `before` and `after`, on the training logs: statistic and degrees of freedom; empty
+    if no axis was moved by references."""
 
 
 @dataclass(frozen=True, eq=False)
