@@ -53,8 +53,8 @@ SETTINGS = option([], "A parameter by its name; repeatable.", "NAME=VALUE", "--s
 PARAMETERS = option(None, "parameters.json of a diagnosis, for the unit it names.", "FILE", "--parameters", "-p")
 PLANT_FILE = Path("parameters.json")
 PLANT = argument(PLANT_FILE, "parameters.json of a diagnosis or identification.", "FILE")
-CONTROLLER = option(None, "Parameters of the controller that flies: controller.json of heli design-controller.", "FILE")
-NATIVE = flag("Units in C, which need no Python on their host; a C compiler builds them.", "--native")
+CONTROLLER = option(None, "controller.json: parameters of the controller that flies the rig.", "FILE")
+NATIVE = flag("Units in C, which need no Python on their host (compilers: extra `native`, or gcc).", "--native")
 
 
 def scenario_name(default: Any) -> Any:

@@ -104,7 +104,7 @@ class AxisReport:
     angle_stays: ErrorFigure
     """Error 1 s ahead [rad] of the prediction that the angle stays as it is; a model has to beat it."""
     rate_stays: ErrorFigure
-    """The same, if the rate stays as it is."""
+    """The same, of a rate that stays."""
     whiteness_p: Mapping[str, Number]
     """Ljung-Box p value of the innovations, `before` and `after`."""
     air: Number
@@ -150,14 +150,14 @@ class HeldOutSeries:
     start: Mapping[str, float]
     """Start state by the fields of the plant's state, so that the FMU repeats the run."""
     residuals: Mapping[str, Array]
-    """Of both, shape (n, 3): innovations every ``residual_step`` [s], with the air and over the scales of the plant
-    after. The air of the plant before contains what this plant lacks, so its own innovations would look white."""
+    """Of both, shape (n, 3): innovations under the air and over the scales of the plant after, every ``residual_step``
+    [s]: under its own air the plant before would look white, since that has taken what it lacks for air."""
     residual_step: float
     """[s]."""
     stretches: Mapping[str, Array] = field(default_factory=dict)
-    """Of both, shape (n, 3): predictions of a flight under a controller, every ``residual_step`` [s], in stretches that
-    each begin at the measured motion: 3 s with the controller if it is known, else 1 s under the voltages. Not a number
-    between two stretches."""
+    """Of both, shape (n, 3): what they predict of a flight under a controller in stretches, each begun at the measured
+    motion, every ``residual_step`` [s]: 3 s with the controller where it is known, else 1 s under the voltages. Not a
+    number between two stretches."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -109,7 +109,7 @@ class FoundEffect:
     """Of a possible effect: the rise of the log-likelihood of training logs, each left out in turn [nats]. None for a
     torque that steps at one instant, and for a law whose shape lies at the end of its range: no plant has these."""
     together: str = ""
-    """The joint size of the effect and its alternatives, in words; empty if there is no such figure."""
+    """What the effect and its alternatives come to together, in words; empty where there is no such figure."""
 
 
 @dataclass(frozen=True)
