@@ -12,7 +12,6 @@ corrected plant, against those of the true plant; the corrected plant's error ov
 
 from functools import partial
 from itertools import product
-from typing import cast
 
 import numpy as np
 
@@ -23,10 +22,7 @@ from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import PLANT, ParameterSet, corrected_parameters, diagnose, plant_values
 from heli_identifier.tools import Design, design_controller, judging, linearisation, loop
 from heli_identifier.tools.plants import Plants
-from heli_plant.effects import AXES
 from heli_plant.parameters import TABLE_2, PlantParameters
-from heli_plant.plant import rigid_start
-from heli_plant.state_feedback import FeedbackSettings, Rotors, repeat_row, start_feedback
 from tests.blind.air import COLOURS
 from tests.blind.windy import windy_rig
 
@@ -56,17 +52,8 @@ def check_promises(truth: PlantParameters, design: Design) -> dict[str, bool]:
 
 def predicted_steps(plant: PlantParameters, design: Design) -> np.ndarray:
     """Return the step responses of the whole plant [rad], one axis after the other."""
-    plant = plant._replace(moving_mass_elevation=0.0)  # a mass that moved once in a log does not move here
-    point, settings = linear_model(plant, design).point, cast(FeedbackSettings, design.delivered.settings)
-    hold, held = np.array([point.pitch, point.elevation, 0.0]), Rotors(point.v_front, point.v_rear)
-    change = Rotors(*np.subtract(held, settings.hover).tolist())  # that holds this plant, not the design's
-    memory = start_feedback(point.pitch, point.elevation, 0.0, settings)._replace(now=change, before=repeat_row(change))
-    state, responses = rigid_start(point.state(plant), plant), []
-    for index in map(AXES.index, design.axes):
-        references = np.tile(hold + 0.1 * np.eye(3)[index], (round(8.0 / AIM.period), 1))
-        angles, _ = loop.fly(plant, settings, references, state, held, AIM.period, memory)
-        responses.append(angles[:, index] - hold[index])
-    return np.concatenate(responses)
+    model, settings = linear_model(plant, design), design.delivered.settings
+    return np.concatenate([loop.step_response(model, settings, axis, 0.1, 8.0) for axis in design.axes])
 
 
 def judge_designs(plants: int, colour: str, seed: int) -> list[Row]:

@@ -19,6 +19,7 @@ from heli_identifier.tools.loop import (
     controller_parameters,
     fly,
     read_controller,
+    start_at_rest,
     start_controller,
     step_controller,
 )
@@ -44,7 +45,7 @@ def flown(plant, settings, point, references, load=Rotors(0.0, 0.0)):  # noqa: B
     """Fly the plant from its operating point with voltages ``load`` [V] that the controller is not told of."""
     moved = settings._replace(hover=Rotors(settings.hover.front + load.front, settings.hover.rear + load.rear))
     state, held = point.state(plant), (point.v_front, point.v_rear)
-    return fly(plant, moved, references, state, held, H, start_controller(settings, point.pitch, point.elevation, 0.0))
+    return fly(plant, moved, references, state, held, H, start_at_rest(settings, point))
 
 
 def references(point, seconds, **steps):
@@ -202,7 +203,7 @@ def test_the_command_writes_what_the_next_commands_read(tmp_path):
     made = heli_json("design-controller", file, "--axis", "pitch", "--plants", 20, "-o", tmp_path / "c")
     assert made["robust"]["stable_share"] == 1.0
     kept = {p.name for p in (tmp_path / "c").iterdir()}
-    assert kept == {"design.json", "controller.json", "controller.m", "controller.c", "controller.h"}
+    assert kept == {"design.json", "design.svg", "controller.json", "controller.m", "controller.c", "controller.h"}
     heli_json("design-controller", file, "--kind", "pid", "--axis", "pitch", "--plants", 20, "-o", tmp_path / "c")
     assert {p.name for p in (tmp_path / "c").iterdir()} == kept - {"controller.c", "controller.h"}
 

@@ -10,14 +10,13 @@ from scipy.io import loadmat
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
-from heli_identifier.records import ControllerConfiguration
 from heli_identifier.results import document_text, read_parameters
 from heli_identifier.results.parameters import Covariance, ParameterSet, corrected_parameters, plant_values
 from heli_identifier.tools import design_controller, margins
 from heli_identifier.tools.linearisation import linear_model, linear_system, operating_point
-from heli_identifier.tools.loop import fly, start_controller
+from heli_identifier.tools.loop import step_response
 from heli_identifier.tools.plants import draw_plants
-from heli_identifier.tools.synthesis import PEAK, design_feedback, retune_pid, weighted_error
+from heli_identifier.tools.synthesis import PEAK, retune_pid, weighted_error
 from heli_plant.control import AxisGains, PidSettings, pid_step, start_pid
 from heli_plant.parameters import TABLE_2
 from heli_plant.simulation import simulate
@@ -150,15 +149,15 @@ def test_the_retuned_pid_is_better_keeps_its_margins_everywhere_and_makes_no_mor
 @pytest.mark.parametrize("delay", [0.0, 0.03])
 def test_a_small_step_of_the_whole_plant_is_that_of_the_linear_loop(delay):
     plant = TABLE_2._replace(input_delay_rotors=delay)
+    point = operating_point(plant, 0.0, 0.1)
+    settings = PID._replace(trim=point.v_front + point.v_rear)
     model = linear_model(plant, 0.0, 0.1)
-    settings, point = design_feedback(model, ControllerConfiguration(), "pitch", True), model.point
-    linear = 1e-3 * margins.unit_step(margins.close_loop(model, settings), 0, 400)[:, 0]
-    for size, due in ((0.0, np.zeros(400)), (1e-3, linear)):
-        references = np.tile((size, 0.1, 0.0), (400, 1))
-        memory, held = start_controller(settings, 0.0, 0.1, 0.0), (point.v_front, point.v_rear)
-        angles, _ = fly(plant, settings, references, point.state(plant), held, H, memory)
-        # the square of a motion of 1e-3 rad
-        assert np.abs(angles[:, 0] - due).max() < (2e-6 if size else 1e-9)
+    simulated = step_response(model, settings, "pitch", size=1e-3, duration=4.0)
+    loop = margins.close_loop(model, settings)
+    linear = 1e-3 * margins.unit_step(loop, 0, 400)[:, 0]
+    assert np.abs(step_response(model, settings, "pitch", size=0.0, duration=1.0)).max() < 1e-9
+    # the square of a motion of 1e-3 rad
+    assert np.abs(simulated - linear).max() < 2e-6
 
 
 def test_drawn_plants_scatter_as_the_standard_errors_say_and_given_values_stay():

@@ -136,7 +136,7 @@ def design_controller(
 ) -> None:
     """Design a controller whose margins hold over every plant that the data allow, as a unit, MATLAB code and C.
 
-    Writes design.json, controller.json (the robust design) for `heli build`, controller.m, and of LQR and
+    Writes design.json, design.svg, controller.json (the robust design) for `heli build`, controller.m, and of LQR and
     LQI controller.c with its header.
     """
     from fmu_src.native import controller_sources
@@ -149,6 +149,7 @@ def design_controller(
         document = result.document()
         files = {
             "design.json": document,
+            "design.svg": tools.step_figure(result),
             "controller.m": tools.controller_m(result),
             "controller.json": tools.controller_parameters(result.delivered.settings, result.plants.model.point),
         }

@@ -20,6 +20,7 @@ from .flight import flight_table as flight_table
 from .judging import Design as Design
 from .judging import controller_m as controller_m
 from .judging import design_table as design_table
+from .judging import step_figure as step_figure
 from .loop import controller_parameters as controller_parameters
 from .loop import read_controller as read_controller
 from .plants import FEW as FEW

@@ -3,8 +3,8 @@
 A design promises figures that :data:`CONFIDENCE` of the plants keep, all figures at once. The margins count the period
 between reading angles and setting voltages, and the input delay.
 
-It is shown as a table and a MATLAB file. The inputs of this file are V_s = v_front + v_rear and V_d = v_front - v_rear,
-as in the laboratory of TTK4115 Linear System Theory, NTNU.
+It is shown as a table, a figure of steps over the plants that the data allow, and a MATLAB file. The inputs of this
+file are V_s = v_front + v_rear and V_d = v_front - v_rear, as in the laboratory of TTK4115 Linear System Theory, NTNU.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,10 +16,10 @@ import numpy as np
 from scipy.stats import rankdata
 
 from heli_identifier.provenance import provenance
-from heli_identifier.results import Table, join_words, render, to_digits, to_json_value
+from heli_identifier.results import Axes, Table, figure, figure_file, join_words, render, to_digits, to_json_value
 from heli_identifier.tools import margins
 from heli_identifier.tools.linearisation import linear_system
-from heli_identifier.tools.loop import Settings, settling_time
+from heli_identifier.tools.loop import STEP, Settings, settling_time, step_response
 from heli_identifier.tools.margins import LOOPS, Array
 from heli_identifier.tools.plants import Plants
 from heli_plant.effects import AXES
@@ -29,6 +29,7 @@ SCHEMA = "heli-controller/1"
 
 CONFIDENCE = 0.95  # share of the plants that keep the promised figures
 LONGEST = 40.0  # length [s] of the steps whose settling is judged
+SHOWN = {"pitch": 12.0, "elevation": 12.0, "travel": 30.0}  # length [s] of the steps that are shown
 UNSTABLE = margins.Margins(gain=1.0, phase=0.0, sensitivity=inf)  # margins of an unstable loop
 SMALLER_IS_BETTER = ("sensitivity", "settling")  # figures whose names end so are better if they are smaller
 _FROM_ROTORS = np.array([[1.0, 1.0], [1.0, -1.0]])
@@ -58,6 +59,10 @@ class Judged:
     """Whether the loop with the estimated plant is stable."""
     stable_share: float
     """Share of the drawn plants with a stable loop."""
+    steps: dict[str, Array]
+    """By axis the response of the whole plant to a step of :data:`.loop.STEP` (N,) [rad]."""
+    band: dict[str, Array]
+    """By axis the lowest and highest response to a unit step among 95 % of the drawn plants, shape (2, N)."""
 
 
 def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) -> Judged:
@@ -75,16 +80,20 @@ def judge_controller(plants: Plants, settings: Settings, axes: Sequence[str]) ->
         for name, column in zip(margins.Margins._fields, np.transpose(of_plants), strict=True):
             columns[f"{loop_name}.{name}"] = column
     columns["disk"] = np.where(stable, margins.disk_margins(plants.responses, response), 0.0)
+    band = {}
     with np.errstate(over="ignore", invalid="ignore"):
         for axis in axes:
             index = AXES.index(axis)
             paths = np.array([margins.unit_step(loop, index, round(LONGEST / period))[:, index] for loop in loops])
             columns[f"{axis}.settling"] = np.array([settling_time(path, period) for path in paths])
+            band[axis] = np.quantile(paths[1:, : round(SHOWN[axis] / period)], (0.025, 0.975), axis=0)
     return Judged(
         settings=settings,
         figures=_figures(columns),
         is_stable=bool(stable[0]),
         stable_share=float(np.mean(stable[1:])),
+        steps={axis: step_response(model, settings, axis, duration=SHOWN[axis]) for axis in axes},
+        band=band,
     )
 
 
@@ -180,6 +189,22 @@ def design_table(design: Design) -> Table:
 
 def _figure_text(value: float) -> str:
     return to_digits(value) if isfinite(value) else "none"
+
+
+def step_figure(design: Design) -> str:
+    """Return the text of design.svg: steps of all controllers over the band of 95 % of the plants with the last one."""
+    *_, (last, judged) = design.controllers.items()
+    panels = []
+    for axis, band in judged.band.items():
+        time, (low, high) = np.arange(band.shape[1]) * design.plants.model.sampled.dt, STEP * band
+        panel = Axes(f"{axis} [rad]", limits=(-STEP, 2.5 * STEP))  # drawn plants may be unstable
+        panel.band(time, low, high, f"95 % of the plants, {last}")
+        panel.level(STEP, "muted")
+        for (name, controller), role in zip(design.controllers.items(), ("before", "after"), strict=False):
+            panel.line(time, controller.steps[axis], role, name)
+        panels.append(panel)
+    names = " and ".join(design.controllers)
+    return figure_file(figure(panels, "time since the step of the reference [s]", f"Steps, {names}", 1100.0))
 
 
 def controller_m(design: Design) -> str:

@@ -14,12 +14,13 @@ from heli_identifier.errors import refuse
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.results import ParameterSet
-from heli_identifier.tools.linearisation import OperatingPoint
+from heli_identifier.tools.linearisation import LinearModel, OperatingPoint
 from heli_plant.control import PidSettings, PidState, pid_step, start_pid
+from heli_plant.effects import AXES
 from heli_plant.parameters import PlantParameters
-from heli_plant.plant import advance, measured_angles
+from heli_plant.plant import advance, measured_angles, rigid_start
 from heli_plant.state import PlantState
-from heli_plant.state_feedback import FeedbackSettings, FeedbackState, Rotors, feedback_step, start_feedback
+from heli_plant.state_feedback import FeedbackSettings, FeedbackState, Rotors, feedback_step, repeat_row, start_feedback
 
 Settings = PidSettings | FeedbackSettings  # of a controller
 Memory = PidState | FeedbackState  # the state of a controller
@@ -30,6 +31,7 @@ KINDS: dict[str, type[Settings]] = {CONTROLLER: PidSettings, FEEDBACK: FeedbackS
 """Settings of a controller by its unit."""
 
 SETTLED = 0.05  # share of the step within which a response counts as settled
+STEP = 0.1  # of a reference [rad]
 
 
 def read_controller(file: str | PathLike[str], voltage_limit: float) -> Settings:
@@ -69,6 +71,21 @@ def start_controller(settings: Settings, pitch: float, elevation: float, travel:
     if isinstance(settings, PidSettings):
         return start_pid(pitch, elevation, travel)
     return start_feedback(pitch, elevation, travel, settings)
+
+
+def start_at_rest(settings: Settings, point: OperatingPoint) -> Memory:
+    """Return the state of a controller that holds an operating point."""
+    state: Any = start_controller(settings, point.pitch, point.elevation, 0.0)
+    if isinstance(settings, FeedbackSettings):
+        deviation = Rotors(point.v_front - settings.hover.front, point.v_rear - settings.hover.rear)
+        return state._replace(now=deviation, before=repeat_row(deviation))
+    integral_parts = {
+        "pitch": point.v_rear - point.v_front,
+        "elevation": settings.trim - point.lift,
+        "travel": point.pitch if settings.travel_enabled else 0.0,
+    }
+    gains = {axis: getattr(settings, axis).integral for axis in AXES}
+    return state._replace(**{f"integral_{axis}": integral_parts[axis] / gain for axis, gain in gains.items() if gain})
 
 
 def step_controller(
@@ -122,3 +139,20 @@ def settling_time(share: Array, period: float) -> float:
     outside = np.flatnonzero(~(np.abs(share - 1.0) <= SETTLED))
     last = outside.max(initial=-1)
     return inf if last == len(share) - 1 else float((last + 1) * period)
+
+
+def step_response(
+    model: LinearModel, settings: Settings, axis: str, size: float = STEP, duration: float = 12.0
+) -> Array:
+    """Return how an axis of the whole plant leaves its operating point (N,) [rad] after a step of its reference.
+
+    The step of ``size`` [rad] comes at once, and lasts for ``duration`` [s]. The controller starts at the operating
+    point of ``model`` and is called with its period. A mass that moved once during a log does not move here.
+    """
+    plant, point, period, index = model.plant, model.point, model.sampled.dt, AXES.index(axis)
+    plant = plant._replace(moving_mass_elevation=0.0)
+    hold = np.array([point.pitch, point.elevation, 0.0])
+    references = np.tile(hold + size * np.eye(3)[index], (round(duration / period), 1))
+    state, held = rigid_start(point.state(plant), plant), (point.v_front, point.v_rear)
+    angles, _ = fly(plant, settings, references, state, held, period, start_at_rest(settings, point))
+    return np.asarray(angles[:, index] - hold[index])
