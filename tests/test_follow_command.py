@@ -38,7 +38,7 @@ def test_the_longest_stretch_after_the_last_change_is_diagnosed():
 
 
 FLOWN = {"events.json", "recorded.csv", "predictions.csv"}
-CONCLUDED = {*FLOWN, "follow.html", "following.json", f"{PLANT}.fmu"}
+CONCLUDED = {*FLOWN, "following.json", f"{PLANT}.fmu"}
 
 
 @pytest.fixture
@@ -98,5 +98,5 @@ def test_what_came_in_before_the_flight_was_ended_is_on_disk(flight, tmp_path, s
     assert code in (None, process.returncode) and "Traceback" not in errors
     rows = np.loadtxt(tmp_path / "out/recorded.csv", delimiter=",", skiprows=1)
     assert (1000 * rows[:, 3]).round().tolist() == list(range(40))
-    assert {path.name for path in (tmp_path / "out").iterdir()} - {"follow.html"} == FLOWN
+    assert {path.name for path in (tmp_path / "out").iterdir()} == FLOWN
     assert isinstance(json.loads((tmp_path / "out/events.json").read_text()), list)

@@ -1,22 +1,29 @@
 """A rig in flight: every instant once, all that came in on disk, and what is shown of it."""
 
 import csv
+import http.client
 import json
 import math
 import random
+import re
 import socket
+from contextlib import ExitStack
+from io import StringIO
 from threading import Thread
 from time import monotonic, sleep
 
 import numpy as np
+import psutil
 import pytest
+from rich.console import Console
 
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.live import Datagram, Port
 from heli_identifier.live.align import Grid
 from heli_identifier.live.datagrams import encode
-from heli_identifier.live.display import write_page
 from heli_identifier.live.listening import Listening
+from heli_identifier.live.page import serve_page
+from heli_identifier.live.screen import draw_screen
 from heli_identifier.live.session import Journal, Session
 from heli_identifier.live.sources import Player, send
 from heli_identifier.records import CONTRACT, Log, LogFormat, demo_files, read_log
@@ -189,18 +196,13 @@ def test_a_disk_that_fills_up_in_flight_leaves_whole_rows(tmp_path):
 
 @pytest.fixture(scope="module")
 def followed(tmp_path_factory):
-    """A session that has followed a log as fast as it goes, and its page before that."""
+    """A session that has followed a log as fast as it goes, with the views that it showed."""
     folder = tmp_path_factory.mktemp("session")
     session = Session(folder, parameter_set(0.003, ["k_x"]))
-    log, before = read_log(demo_files("rig-c")[1][0], end=12.0), page_of(session)
-    session.run(Player(log), lambda: False, lambda session: None)
+    log, views = read_log(demo_files("rig-c")[1][0], end=12.0), []
+    session.run(Player(log), lambda: False, views.append)
     session.close()
-    return folder, session, before, log
-
-
-def page_of(session):
-    write_page("a title", session)
-    return (session.folder / "follow.html").read_text()
+    return folder, session, views, log
 
 
 def test_a_rig_at_1_khz_whose_plant_is_the_twins_raises_no_alarm(tmp_path):
@@ -210,7 +212,7 @@ def test_a_rig_at_1_khz_whose_plant_is_the_twins_raises_no_alarm(tmp_path):
     _, angles = simulate(voltages, 0.001, start, TABLE_2, air)
     counts = np.round(angles / COUNT + 0.25 * np.random.default_rng(0).standard_normal(angles.shape))
     session = Session(tmp_path / "flight", parameter_set())
-    session.run(Player(Log("fast", 1000.0, voltages, COUNT * counts)), lambda: False, lambda session: None)
+    session.run(Player(Log("fast", 1000.0, voltages, COUNT * counts)), lambda: False, lambda view: None)
     session.close()
     assert session.recorded.rows == len(voltages) and session.events == []
 
@@ -228,12 +230,53 @@ def test_what_was_recorded_is_the_log_and_predictions_stand_beside_what_was_meas
     assert json.loads((folder / "events.json").read_text()) == session.events
 
 
-def test_the_page_shows_every_axis_and_parameter_and_loads_itself_while_the_twin_flies(followed):
-    _, session, before, _ = followed
-    page = page_of(session)
-    assert "waiting for the first sample" in before
-    for word in ("a title", "pitch", "elevation", "travel", "pitch.gain", "travel.damping", "12.0 s, following"):
-        assert word in page
-    assert page.count("<svg class") == 2 and len(session.past) > 20
-    assert ("http-equiv" in before, "http-equiv" in page) == (True, False)
-    assert "http" not in page.replace("http-equiv", "")  # it loads nothing from elsewhere
+def test_the_screen_shows_every_axis_and_every_parameter_and_a_page_that_is_opened_late_has_the_past(followed):
+    view = followed[2][-1]
+    console = Console(file=StringIO(), width=120)
+    console.print(draw_screen("a title", view))
+    shown = console.file.getvalue()
+    for word in ("a title", "pitch", "elevation", "travel", "pitch.gain", "travel.damping", view.mode):
+        assert word in shown
+    with serve_page("127.0.0.1:0", "title") as (url, show):
+        show(view)
+        document = json.loads(request(url, "/view")[1])
+    assert [document[key] for key in ("title", "time", "mode")] == ["title", view.time, view.mode]
+    assert [due["time"] for due in document["past"]] == [due["time"] for due in view.past] != []
+
+
+def request(url, path, host=None):
+    connection = http.client.HTTPConnection(url.removeprefix("http://").rstrip("/"), timeout=LONGEST)
+    connection.request("GET", path, headers={} if host is None else {"Host": host})
+    answer = connection.getresponse()
+    content = answer.read().decode()
+    connection.close()
+    return answer, content
+
+
+def test_the_page_loads_nothing_from_elsewhere_and_runs_no_inline_script_and_a_foreign_name_gets_nothing():
+    with serve_page("127.0.0.1:0", "title") as (url, _):
+        for path, kind in (("/", "text/html"), ("/follow.js", "javascript"), ("/follow.css", "css")):
+            answer, content = request(url, path)
+            policy = answer.getheader("Content-Security-Policy")
+            assert answer.status == 200 and kind in answer.getheader("Content-Type")
+            assert policy.startswith("default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self';")
+            assert "http" not in content.replace("http://www.w3.org/2000/svg", "")
+            assert not re.search(r"<script>|<style>| style=| on\w+=", content)
+        assert request(url, "/../etc/passwd")[0].status == 404
+        for name in ("evil.example", "evil.example:8042", "", "127.0.0.2:80", "[::1", "127.0.0.1.evil"):
+            assert request(url, "/", name)[0].status == 421
+        for name in ("127.0.0.1", "127.0.0.1:8042", "localhost"):  # without a port it is 80
+            assert request(url, "/", name)[0].status == 200
+
+
+def test_half_open_connections_leave_descriptors_for_the_recording():
+    def sockets():
+        return len(psutil.Process().net_connections("tcp"))
+
+    with serve_page("127.0.0.1:0", "title") as (url, _), ExitStack() as opened:
+        before, host = sockets(), url.removeprefix("http://").rstrip("/").split(":")
+        for _ in range(3):
+            opened.enter_context(socket.create_connection(host))
+        sleep(0.3)  # the server is at the first of them
+        assert sockets() - before - 3 <= 1
+        assert request(url, "/")[0].status == 200

@@ -1,11 +1,12 @@
-"""The parts of `heli follow` around the twin: what is shown of the flight, and the end.
+"""The parts of `heli follow` around the twin: displays of the flight, and the end.
 
 At the end the twin is written as it flew last, and the recording is diagnosed.
 """
 
 import signal
+import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
@@ -19,8 +20,9 @@ from heli_identifier.cli import terminal
 from heli_identifier.cli.on_logs import diagnose_paths
 from heli_identifier.cli.terminal import note, note_written, warn
 from heli_identifier.errors import IdentifierError
-from heli_identifier.live.display import state_text, write_page
-from heli_identifier.live.session import EVENTS, IN_USE, PAGE, PREDICTIONS, RECORDED, Session
+from heli_identifier.live.page import serve_page
+from heli_identifier.live.screen import show_screen
+from heli_identifier.live.session import EVENTS, IN_USE, PREDICTIONS, RECORDED, Session, Show, View
 
 LONGEST = 600.0
 """Longest part of a recording, at its end, that is diagnosed [s]; more takes long and adds little."""
@@ -29,16 +31,19 @@ DIAGNOSIS = "diagnosis"
 """Folder of the recording's diagnosis."""
 
 
-@contextmanager
-def open_displays(title: str) -> Iterator[Callable[[Session], None]]:
-    """Return a function that shows a flight: a line with the detector as a bar on a terminal, and the page."""
-    with terminal.progress_bar() as bar:
+def open_shows(stack: ExitStack, title: str, address: str | None) -> Show:
+    """Open the screen on a terminal and, at an ``address``, the page; give a function that shows a view on them."""
+    displays = [stack.enter_context(show_screen(title))] if sys.stderr.isatty() else []
+    if address is not None:
+        url, page = stack.enter_context(serve_page(address, title))
+        note(f"open {url} in a browser")
+        displays.append(page)
 
-        def show(session: Session) -> None:
-            write_page(title, session)
-            bar(state_text(session), min(session.twin[1].alarm, 1.0) if session.twin else 0.0)
+    def show(view: View) -> None:
+        for display in displays:
+            display(view)
 
-        yield show
+    return show
 
 
 @contextmanager
@@ -78,7 +83,7 @@ def conclude_flight(session: Session, folder: Path, configuration: hi.RigConfigu
             terminal.print_diagnosis(diagnosis)
         except IdentifierError as error:
             warn(f"the recording cannot be diagnosed: {error}")
-    names = [PAGE, EVENTS, RECORDED, PREDICTIONS, IN_USE, f"{twin.unit}.fmu"]
+    names = [EVENTS, RECORDED, PREDICTIONS, IN_USE, f"{twin.unit}.fmu"]
     names += [f"{DIAGNOSIS}/{name}" for name in results.RESULTS]
     note_written(folder, [name for name in names if (folder / name).is_file()])
 

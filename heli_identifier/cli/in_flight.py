@@ -23,6 +23,7 @@ def follow(
     listen: str | None = option(None, "Address of this computer to which the rig sends.", "HOST:PORT"),
     parameters: Path = option(args.PLANT_FILE, AT_START, "FILE", "--parameters", "-p"),
     output: Path = option(Path("flight"), UNUSED, "DIR", "--output", "-o"),
+    serve: str | None = option(None, "Show the twin in a browser as well, at this address.", "HOST:PORT"),
     sender: str = option("", "Address of the rig; by default, the first that sends a sample.", "HOST"),
     rate: float | None = option(None, "The rig's sampling rate; by default, found from its time stamps.", "HZ"),
     start: float | None = args.FROM,
@@ -33,14 +34,14 @@ def follow(
 
     The rig sends by UDP (--listen), or a log is played as fast as it goes. Ctrl-C ends the flight.
 
-    Writes follow.html (a page that shows the flight), events.json, recorded.csv, predictions.csv and following.json
-    (the twin's parameters) while it flies; then HelicopterPlant.fmu of the twin as it flew last, and what `heli
-    diagnose` writes of the recording, in a folder of its own.
+    Writes events.json, recorded.csv, predictions.csv and following.json (the twin's parameters) while it flies; then
+    HelicopterPlant.fmu of the twin as it flew last, and what `heli diagnose` writes of the recording, in a folder of
+    its own.
     """
-    from heli_identifier.cli.flight import catch_interrupt, conclude_flight, open_displays
-    from heli_identifier.live.display import event_line
+    from heli_identifier.cli.flight import catch_interrupt, conclude_flight, open_shows
     from heli_identifier.live.listening import Listening
-    from heli_identifier.live.session import IN_USE, PAGE, Session
+    from heli_identifier.live.screen import event_line
+    from heli_identifier.live.session import IN_USE, Session
     from heli_identifier.live.sources import Player
 
     one_source = (log is None) != (listen is None)
@@ -58,9 +59,8 @@ def follow(
             source = Listening(port, rate, configuration.format)
             note("listening on {}:{}".format(*port.address))
         title = f"heli follow: {log if log is not None else f'a rig that sends to {listen}'}, twin of {parameters}"
+        show = open_shows(stack, title, serve)
         session = Session(output, twin)
-        note(f"open {output / PAGE} in a browser to see the flight")
-        show = stack.enter_context(open_displays(title))
         stack.enter_context(undo_at_end(session.close))
         stopped = stack.enter_context(catch_interrupt())
         session.run(source, stopped, show)

@@ -1,7 +1,7 @@
 """A rig in flight. This door offers the link to it: datagrams, their order, and the clock of a co-simulation.
 
 The unit RigLink contains the link, so that it needs only the standard library. Commands import the other modules by
-name: ``listening`` (a rig), ``sources`` (a log in its place), ``session`` (a twin and its files), ``display``.
+name: ``listening`` (a rig), ``sources`` (a log in its place), ``session`` (a twin and its files), ``screen``, ``page``.
 """
 
 # ruff: noqa: F401 - this is the door

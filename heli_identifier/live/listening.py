@@ -38,10 +38,14 @@ Keep = Callable[[float, tuple[float, ...]], None]
 
 
 class Status(NamedTuple):
-    """State of a stream in words: a ``line`` about it, and the ``faults`` of its clock and samples; empty for a log."""
+    """State of a stream in words: one ``line`` about it, and the ``faults`` of its clock and samples.
+
+    ``silent``: nothing has come in for long. All are empty for a log.
+    """
 
     line: str = ""
     faults: str = ""
+    silent: bool = False
 
 
 class Listening:
@@ -81,14 +85,14 @@ class Listening:
         wrong = ", ".join(f"{number} {what}" for what, number in others.items() if number)
         received, texts = counts["received"], [f"{_UNCLEAR}; they are counted"] if self.uses_clock is False else []
         texts += [f"of {received + counts['lost']} samples {wrong}"] if wrong else []
-        faults = "; ".join(texts)
+        faults, silent = "; ".join(texts), silence > SILENCE
         if received:
             line = f"{port.sender}: {faults or f'{received} samples'}"
-            line += f"; nothing for {silence:.1f} s" if silence > SILENCE else ""
+            line += f"; nothing for {silence:.1f} s" if silent else ""
         else:
             line = "waiting for the rig"
             line += f"; {port.refused} datagrams refused: {port.reason}" if port.refused else ""
-        return Status(line, faults)
+        return Status(line, faults, silent)
 
     def instants(self, keep: Keep, stopped: Callable[[], bool]) -> Iterator[Sample | None]:
         """Yield the sample of each instant until the flight has ``stopped``; ``keep`` all samples.

@@ -6,11 +6,11 @@ asked to put the rows on the disk, so that a loss of power costs a second.
 
 import os
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from statistics import fmean
 from time import monotonic
-from typing import Any
+from typing import Any, NamedTuple
 
 from heli_identifier import following
 from heli_identifier.errors import refuse
@@ -20,23 +20,21 @@ from heli_identifier.live.listening import Listening, Status
 from heli_identifier.live.sources import Player
 from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT_HEADERS
-from heli_identifier.results import PLANT, ParameterSet, document_text, plant_values, write_whole_folder
+from heli_identifier.results import PLANT, ParameterSet, document_text, plant_values, unit_text, write_whole_folder
 from heli_plant.effects import AXES
+from heli_plant.observer import CORRECTED
 from heli_plant.parameters import PARAMETERS
 
 RECORDED, PREDICTIONS, EVENTS, IN_USE = "recorded.csv", "predictions.csv", "events.json", "following.json"
 """Files of a flight: its samples, predictions, events, and the parameters that the twin uses."""
 
-PAGE = "follow.html"
-"""File that shows the flight in a browser."""
-
 DIAGNOSED = "diagnosis.json"
 """File of an earlier diagnosis."""
 
-SYNC_INTERVAL, WRITE_INTERVAL, SHOW_INTERVAL = 1.0, 0.05, 1.0
-"""Time between two requests to put rows on the disk, two writes to the journals, and two calls of a display [s]."""
+SYNC_INTERVAL, WRITE_INTERVAL, VIEW_INTERVAL = 1.0, 0.05, 0.2
+"""Time between two requests to put rows on the disk, two writes to the journals, and two views [s]."""
 
-_PAST = 300  # comparisons that are shown: a minute of flight, five a second
+_PAST = 300  # comparisons in a view: a minute of flight, five a second
 _DIGITS = 9  # decimals of times [s] in a file: k h has a rounding error
 
 
@@ -75,14 +73,35 @@ class Journal:
             os.fsync(self._file)
 
 
+class View(NamedTuple):
+    """The state of a flight, as the terminal and the page show it.
+
+    ``time`` [s], ``mode``; ``alarm``: the largest CUSUM over its threshold [1]; ``suspect``: the likeliest change;
+    status of the ``stream``; ``events`` as in their file. ``past``: the last instants with a comparison: angles
+    ``measured``, ``predicted`` 1 s before and by the twin left alone, and rms errors of both over the window, None
+    before the first [rad]; ``declared``: the errors that the diagnosis expects [rad]. ``values``: of each parameter at
+    the ``start`` and as ``used``, with the half-width of its 95 % interval (``band``), 0 if unknown; empty before the
+    first step.
+    """
+
+    time: float = 0.0
+    mode: str = "waiting"
+    alarm: float = 0.0
+    suspect: str = ""
+    stream: Status = Status()
+    events: Sequence[dict[str, Any]] = ()
+    past: Sequence[dict[str, Any]] = ()
+    declared: Sequence[float | None] = (None, None, None)
+    values: Sequence[dict[str, Any]] = ()
+
+
+Show = Callable[[View], None]
+
+
 class Session:
     """A twin and the files of its flight, in a folder that must not hold an earlier recording.
 
-    ``parameters`` are the plant's, as a diagnosis delivers them. What is shown of it: ``twin``, its plan and its state,
-    None before the first instant; status of the ``stream``; ``events`` as in their file; ``errors``: standard errors of
-    the parameters at the start by name; ``declared``: errors 1 s ahead that the diagnosis expects [rad]; ``past``: the
-    last instants with a comparison, with angles ``measured``, ``predicted`` 1 s before and by the twin left alone, and
-    rms errors of both over the window, None before the first [rad]; whether the flight has ``ended``.
+    ``parameters`` are the plant's, as a diagnosis delivers them.
     """
 
     def __init__(self, folder: Path, parameters: ParameterSet) -> None:
@@ -100,8 +119,7 @@ class Session:
         angles = [f"{twin}{axis} [rad]" for twin in ("", "predicted.", "predicted_alone.") for axis in AXES]
         self.predictions = Journal(folder / PREDICTIONS, ["time [s]", *angles])
         self.recorded = Journal(folder / RECORDED, CONTRACT_HEADERS)
-        self.twin: tuple[FollowPlan, CorrectorState] | None = None
-        self.stream, self.ended = Status(), False
+        self.twin: tuple[FollowPlan, CorrectorState] | None = None  # from the first instant on
         self._samples: list[Sample] = []  # that the twin takes as one
         self.past: deque[dict[str, Any]] = deque(maxlen=_PAST)
         self.last_time = 0.0  # of a sample [s]
@@ -117,8 +135,8 @@ class Session:
         self.last_time = round(time, _DIGITS)
         self.recorded.add((self.last_time, *signals))
 
-    def run(self, source: Listening | Player, stopped: Callable[[], bool], show: Callable[["Session"], None]) -> None:
-        """Follow the samples of a ``source`` until it ends or the flight has ``stopped``; ``show`` it once a second.
+    def run(self, source: Listening | Player, stopped: Callable[[], bool], show: Show) -> None:
+        """Follow the samples of a ``source`` until it ends or the flight has ``stopped``; show five views a second.
 
         The faults of the stream become an event at the end.
         """
@@ -130,14 +148,14 @@ class Session:
             if sample is None or now - written > WRITE_INTERVAL:
                 self.write()
                 written = now
-            if now - shown > SHOW_INTERVAL:
-                shown, self.stream = now, source.status
-                show(self)
+            if now - shown > VIEW_INTERVAL:
+                shown = now
+                show(self.view(source.status))
         self.write()
-        self.stream, self.ended = source.status, True
-        if self.stream.faults:
-            self.add_event(Event(self.time, "stream", why=self.stream.faults))
-        show(self)
+        status = source.status
+        show(self.view(status))
+        if status.faults:
+            self.add_event(Event(self.time, "stream", why=status.faults))
 
     def _step(self, sample: Sample, sample_time: float) -> None:
         self._samples.append(sample)
@@ -188,6 +206,21 @@ class Session:
         self.recorded.close()
         self.predictions.close()
 
+    def view(self, stream: Status) -> View:
+        """Return the view of the flight."""
+        view = View(stream=stream, events=tuple(self.events), declared=self.declared)
+        if self.twin is None or self._time == 0.0:
+            return view
+        plan, now = self.twin
+        return view._replace(
+            time=self.time,
+            mode=now.shown_mode,
+            alarm=now.alarm,
+            suspect=plan.changes[now.finding.change].name if now.finding.change >= 0 else "",
+            past=tuple(self.past),
+            values=_values(now, plan, self.errors),
+        )
+
     def in_use(self) -> ParameterSet:
         """Return the parameters that the twin uses; adopted values have the standard error of their adoption."""
         plant, errors = self.plant, self.errors
@@ -200,3 +233,14 @@ class Session:
             if errors.get(row.name)
         }
         return ParameterSet(PLANT, plant_values(plant, known), {}, self.provenance)
+
+
+def _values(state: CorrectorState, plan: FollowPlan, known: Mapping[str, float]) -> list[dict[str, Any]]:
+    """Return the values that are not 0; ``known``: standard errors of those that were not adopted."""
+    rows = []
+    columns = zip(CORRECTED, plan.alone.values, state.twin.values, state.errors, strict=True)
+    for (name, unit), start, used, error in columns:
+        if start != 0.0 or used != 0.0:
+            band = 1.96 * (error or known.get(name, 0.0))
+            rows.append({"name": name, "start": start, "used": used, "band": band, "unit": unit_text(unit) or "1"})
+    return rows

@@ -17,6 +17,7 @@ FLIGHTS = (
     Fault("an address of another machine to listen on", parameters(), f"{FOLLOW} --listen 192.0.2.1:25000", "192.0.2.1:25000 cannot be listened on"),
     Fault("all networks to listen on", parameters(), f"{FOLLOW} --listen 0.0.0.0:25000", "stands for many machines or networks"),
     Fault("a name to listen on", parameters(), f"{FOLLOW} --listen lab:25000", "must be a numeric address"),
+    Fault("a page where nothing can be served", parameters(), f"{FOLLOW} log.csv --serve 192.0.2.1:8042", "192.0.2.1:8042 cannot be served"),
     Fault("a rate out of range", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --rate 10", "50 to 2000 Hz are"),
     Fault("a folder where the flight's events go", beside(lambda out: (out / "events.json").mkdir()), PLAY, "events.json: Is a directory"),
     Fault("a link to nowhere where the recording goes", beside(lambda out: (out / "recorded.csv").symlink_to("/proc/none/x")), PLAY, "out/recorded.csv is there already"),

@@ -30,6 +30,7 @@ OPTIONS = (
     Fault("many runs without parameters", nothing, "heli simulate open_loop --runs 5", "--runs has an effect only with --parameters."),
     Fault("many runs without a standard error", parameters(), "heli simulate open_loop --runs 5 -p parameters.json", "states no standard error"),
     Fault("a rate for a log", parameters(), f"{FOLLOW} log.csv --rate 100", "--rate has an effect only with --listen."),
+    Fault("a page at an address that is none", parameters(), f"{FOLLOW} log.csv --serve here", "--serve = 'here'"),
     Fault("an empty word, as of a variable that is not set", parameters(), 'heli identify log.csv -o ""', "an argument is empty"),
     Fault("the log as the file to write", parameters(), f"{CHECK} --junit log.csv", "log.csv is read by this command and not written over"),
     Fault("a heli.toml of this folder, which nobody named", parameters(more=configured("")), CHECK, "configuration: heli.toml of this folder", 0),

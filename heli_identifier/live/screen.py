@@ -1,0 +1,88 @@
+"""A twin that follows, on the terminal."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from rich import box
+from rich.console import Console, Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from heli_identifier.live.session import Show, View
+from heli_identifier.online import Estimate
+from heli_identifier.results import to_digits, with_interval
+from heli_plant.effects import AXES
+
+_EVENTS_SHOWN = 8  # the latest ones
+_COLOURS = {"alarm": "yellow", "adopted": "green", "rolled back": "red", "stream": "magenta", "held": "dim"}
+
+
+@contextmanager
+def show_screen(title: str) -> Iterator[Show]:
+    """Show the twin on the error stream while the block runs; the last view stays there."""
+    console = Console(stderr=True, highlight=False)
+    with Live(Text(title), console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False) as live:
+        yield lambda view: live.update(draw_screen(title, view), refresh=True)
+
+
+def draw_screen(title: str, view: View) -> Group:
+    """Return the screen."""
+    head = Text(title, style="bold")
+    if not view.values:
+        return Group(head, Text(view.stream.line or "starting", style="dim"))
+    line = Text(f"{view.time:8.1f} s   ")
+    line.append(view.mode, style="yellow" if view.mode in ("alarmed", "on trial", "suspended") else "green")
+    line.append(f"   detector at {100.0 * min(view.alarm, 9.99):.0f} % of its threshold")
+    if view.suspect:
+        line.append(f", likeliest: {view.suspect}", style="yellow")
+    parts: list[Any] = [head, line]
+    if view.stream.line:
+        parts.append(Text(view.stream.line, style="red" if view.stream.silent else "dim"))
+    parts.append(_axes(view))
+    parts += [Text(event_line(event), style=_COLOURS.get(event["what"], "")) for event in view.events[-_EVENTS_SHOWN:]]
+    parts.append(_values(view))  # last, as a small terminal cuts off the end
+    return Group(*parts)
+
+
+def event_line(event: Any) -> str:
+    """Return an event as one line of text."""
+    name = f" {event['name']}" if event["name"] else ""
+    other = f" (or {event['other']})" if event["other"] else ""
+    estimate = Estimate(event["value"], event["standard_error"], "1")
+    value = f" = {with_interval(estimate)}" if event["name"] else ""
+    return f"{event['time_s']:8.1f} s  {event['what']}{name}{value}{other}: {event['why']}"
+
+
+def _table(*columns: str) -> Table:
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    for number, name in enumerate(columns):
+        table.add_column(Text(name), justify="left" if number == 0 or name == "unit" else "right")
+    return table
+
+
+def _axes(view: View) -> Table:
+    table = _table("axis", "measured [rad]", "predicted 1 s ago", "error [mrad]", "left alone", "declared")
+    for i, (axis, declared) in enumerate(zip(AXES, view.declared, strict=True)):
+        cells: list[str | Text] = [""] * 4
+        if view.past:
+            last, error = view.past[-1], view.past[-1]["error"][i]
+            worse = error is not None and declared is not None and error > 1.3 * declared
+            angles = [f"{last[key][i]:.4f}".replace("-", "−") for key in ("measured", "predicted")]
+            cells = [*angles, Text(_milli(error), style="yellow" if worse else ""), _milli(last["error_alone"][i])]
+        table.add_row(axis, *cells, _milli(declared))
+    return table
+
+
+def _milli(value: float | None) -> str:
+    return "" if value is None else to_digits(1e3 * value)
+
+
+def _values(view: View) -> Table:
+    table = _table("parameter", "at the start", "in use, 95 %", "unit")
+    for value in view.values:
+        text = with_interval(Estimate(value["used"], value["band"] / 1.96 or None, "1"))
+        used = Text(text, style="green" if value["used"] != value["start"] else "")
+        table.add_row(value["name"], to_digits(value["start"]), used, value["unit"])
+    return table
