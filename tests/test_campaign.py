@@ -2,8 +2,6 @@
 
 import io
 import json
-import os
-import signal
 from collections import Counter
 from functools import partial
 from importlib import import_module
@@ -35,22 +33,21 @@ def test_every_sub_folder_with_a_log_is_a_rig_whose_content_follows_every_byte_t
             seen.add(source.content())
 
 
-# What a worker does here in place of a diagnosis: it notes who begins and ends what, and takes its time.
+# What a worker does here in place of a diagnosis: it notes who begins and ends what. The first process that works on
+# rig 0 kills itself, and every one that works on rig -1.
 MODULE = """
 import os, time
 from pathlib import Path
 
 def work(source):
-    seed, folder, seconds, first = source.load()
-    if not list(Path(folder).glob(f"began.{seed}.*")):
-        seconds = first
+    seed, folder = source.load()
+    is_first = not list(Path(folder).glob(f"began.{seed}.*"))
     mark = f"{seed}.{os.getpid()}.{time.time_ns()}"
     (Path(folder) / f"began.{mark}").touch()
-    if seed < 0:
+    if seed < 0 or (seed == 0 and is_first):
         os.kill(os.getpid(), 9)
-    time.sleep(seconds)
     (Path(folder) / f"ended.{mark}").touch()
-    return {"rig": source.rig, "verdict": "model adequate", "effects": [], "seconds": seconds}
+    return {"rig": source.rig, "verdict": "model adequate", "effects": []}
 """
 
 
@@ -62,53 +59,47 @@ def test_a_folder_that_is_none_is_refused(tmp_path):
 
 @pytest.fixture
 def stand_in(tmp_path, monkeypatch):
-    """Run campaigns of work that takes some seconds, and tell (event, seed, process) of all that the workers noted."""
+    """Run campaigns of work that only notes itself, and tell (event, seed) of all that the workers noted."""
     name = f"made_{tmp_path.name}"  # another module for every test
     (tmp_path / f"{name}.py").write_text(MODULE)
     monkeypatch.syspath_prepend(tmp_path)
     (tmp_path / "marks").mkdir()
     marks, folder, work = str(tmp_path / "marks"), tmp_path / "results", import_module(name).work
 
-    def run(seeds, seconds=0.0, first=None, **options):
-        """Rigs that take some seconds, the first time as many as ``first`` says of a seed."""
-        rigs = [(seed, marks, seconds, (first or {}).get(seed, seconds)) for seed in seeds]
-        sources = [tools.Source(f"rig {own[0]}", partial(tuple, own), str) for own in rigs]
+    def run(seeds, **options):
+        sources = [tools.Source(f"rig {seed}", partial(tuple, (seed, marks)), str) for seed in seeds]
         return tools.run_campaign(sources, folder, work=work, **options)
 
     def noted(event):
-        files = sorted((tmp_path / "marks").glob(f"{event}.*"), key=lambda path: path.name.split(".")[3])
-        return [(int(seed), int(process)) for _, seed, process, _ in (path.name.split(".") for path in files)]
+        return Counter(int(path.name.split(".")[1]) for path in (tmp_path / "marks").glob(f"{event}.*"))
 
     return SimpleNamespace(run=run, noted=noted, folder=folder)
 
 
-@pytest.mark.slow
-def test_killed_worker_costs_its_rig_alone_and_a_restart_makes_only_what_is_missing(stand_in):
-    told = []
-
-    def kill_the_one_at_work(what, share):
-        told.append(what)
-        if what == "3 of 8 rigs diagnosed":
-            ((_, process),) = {own for own in stand_in.noted("began") if own[0] == 0}  # it takes a minute at first
-            os.kill(process, signal.SIGKILL)
-
-    rows = stand_in.run(range(8), 0.2, {0: 60.0}, workers=2, progress=kill_the_one_at_work)
-    failed, *others = ((row["rig"], row["error"]) for row in rows)
-    assert failed[0] == "rig 0" and "its process was ended by signal 9 (Killed)" in failed[1]
-    assert others == [(f"rig {seed}", None) for seed in range(1, 8)] and told[-1] == "7 of 8 rigs diagnosed, 1 failed"
-    assert sorted(path.name for path in (stand_in.folder / "rows").iterdir()) == [
-        f"rig {seed}.json" for seed in range(8)
-    ]
+def test_killed_process_costs_no_result_and_doubles_none_and_a_restart_makes_only_what_is_missing(stand_in):
+    rows = stand_in.run(range(4), workers=2)
+    assert [(row["rig"], row["error"]) for row in rows] == [(f"rig {seed}", None) for seed in range(4)]
+    # only the rig that the dead process was at was begun again, and each was ended once
+    assert (stand_in.noted("began"), stand_in.noted("ended")) == (Counter([0, *range(4)]), Counter(range(4)))
+    stored = [stand_in.folder / "rows" / f"rig {seed}.json" for seed in range(4)]
+    assert sorted((stand_in.folder / "rows").iterdir()) == stored
     assert list(pd.read_parquet(stand_in.folder / tools.CONSOLIDATED)["rig"]) == [row["rig"] for row in rows]
-    (stand_in.folder / "rows" / "rig 1.json").unlink()
-    (stand_in.folder / "rows" / "rig 2.json").write_text("torn")
-    told.clear()
-    again = stand_in.run(range(9), workers=1, progress=lambda what, share: told.append(what))
-    assert again[3:8] == rows[3:] and not any(row["error"] for row in again)
-    assert Counter(seed for seed, _ in stand_in.noted("ended")) == Counter([1, 2, *range(9)])
-    assert told == [f"{done} of 9 rigs diagnosed" for done in (5, 6, 7, 8, 9)]
+    stored[1].unlink()
+    stored[2].write_text("torn")
+    told = []
+    again = stand_in.run(range(5), workers=1, progress=lambda what, share: told.append(what))
+    assert again[:4] == rows and stand_in.noted("ended") == Counter([1, 2, *range(5)])
+    assert told == [f"{done} of 5 rigs diagnosed" for done in (2, 3, 4, 5)]
     # with nothing left to do no cluster is asked: this scheduler is not there
-    assert stand_in.run(range(9), scheduler="tcp://127.0.0.1:1") == again
+    assert stand_in.run(range(5), scheduler="tcp://127.0.0.1:1") == again
+
+
+def test_rig_that_kills_every_process_fails_alone_and_is_tried_again_by_a_restart(stand_in):
+    told = []
+    bad, good = stand_in.run((-1, 1), workers=1, progress=lambda what, share: told.append(what))
+    assert "its process was ended by signal 9 (Killed)" in bad["error"] and good["error"] is None
+    assert told[-1] == "1 of 2 rigs diagnosed, 1 failed" and stand_in.noted("began") == Counter([-1, -1, 1])
+    assert stand_in.run((-1, 1))[1] == good and stand_in.noted("began") == Counter([-1, -1, -1, -1, 1])
 
 
 @pytest.mark.slow

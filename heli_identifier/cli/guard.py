@@ -65,6 +65,9 @@ def error_sentence(error: Any) -> str | None:
     """Return the sentence for an error; None for an error of the program itself."""
     if hasattr(error, "format_message"):  # only a usage error has it; the module of its class depends on the version
         sentence = error.format_message().rstrip(".")
+        for wrong in getattr(error.__cause__, "errors", tuple)():  # of pydantic, which leaves out the value
+            value = repr(str(wrong["input"]))
+            sentence += "" if value in sentence else f", not {value}"
         command = error.ctx.command_path if error.ctx else "heli"  # an option without its value has no context
         return sentence if sentence.endswith("?") else f"{sentence}; see {command} --help"
     if isinstance(error, MemoryError):

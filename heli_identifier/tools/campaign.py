@@ -6,7 +6,8 @@ the configuration, and the source of this program. A campaign that is started ag
 this key, and tries rigs that failed again.
 
 Rigs are independent, so more rigs at once use cores better than more threads per rig. On this machine every rig has a
-process to itself: if it crashes, this rig fails alone. On a cluster Dask gives the rig of a dead worker to another one.
+process to itself: if it is killed, another one begins the rig again; if that ends as well, this rig fails alone. On a
+cluster Dask gives the rig of a dead worker to another one.
 """
 
 import os
@@ -142,12 +143,14 @@ def _start_workers(scheduler: str | None, workers: int | None) -> Iterator[Calla
 
 
 def _work_apart(work: Work, source: Source) -> Row:
-    """Work on a rig in a process of its own; one that crashes or hangs gives a row with an error."""
-    with draft_folder() as folder:
-        try:
-            return call_apart(folder, work, source, error=IdentifierError, patience=PATIENCE)
-        except NoAnswer as error:
-            return {"error": "its process {}: {}".format(*error.args)}
+    """Work on a rig in a process of its own, and in another one if this is killed; the second end gives an error."""
+    for _ in range(2):
+        with draft_folder() as folder:
+            try:
+                return call_apart(folder, work, source, error=IdentifierError, patience=PATIENCE)
+            except NoAnswer as error:
+                row = {"error": "its process {}: {}".format(*error.args)}
+    return row
 
 
 def parquet_bytes(rows: Sequence[Row]) -> bytes:

@@ -41,7 +41,7 @@ OPTIONS = (
     Fault("a parameter given twice", nothing, "heli simulate open_loop -d 1 -s plant.pitch.damping=1 -s plant.pitch.damping=2", "--set plant.pitch.damping is given twice"),
     Fault("--from far before the log, and --to", parameters(), f"{CHECK} --from -1e12 --to 10", "kept 0 s to 10 s of the file (1001 of 2000 rows)", 0),
     Fault("an operating point on the rig's back", parameters(), "heli linearise parameters.json --pitch 9 -o out", "pitch = 9.0 rad must lie in [-1.5, 1.5] rad"),
-    Fault("too few plants for a design", parameters(), "heli design-controller parameters.json --plants 5 -o out", "Invalid value for '--plants'"),
+    Fault("too few plants for a design", parameters(), "heli design-controller parameters.json --plants 5 -o out", "'--plants': Input should be greater than or equal to 20, not '5'"),
     Fault("a controller slower than the motors", parameters(more=configured("[controller]\nperiod = 0.2\n")), CONTROL, "longer than the motors' lag"),
     Fault("an elevation that no voltage holds", parameters(), f"{CONTROL} --elevation 1.4", "the motors take 5 V"),
     Fault("a kind of controller that there is not", parameters(), f"{CONTROL} --kind lqg", "'lqg' is not one of 'pid', 'lqr', 'lqi'"),
@@ -72,7 +72,7 @@ def rigs(change=nothing):
 
 
 CAMPAIGNS = (
-    Fault("a campaign of a billion workers", campaigned, f"{CAMPAIGN} --workers 1000000000", "Invalid value for '--workers'"),
+    Fault("a campaign of a billion workers", campaigned, f"{CAMPAIGN} --workers 1000000000", "'--workers': Input should be less than or equal to 1000, not '1000000000'"),
     Fault("a scheduler that is none", campaigned, f"{CAMPAIGN} --scheduler nonsense", "no Dask scheduler answers at nonsense"),
     Fault("rigs in a folder that is a link to itself", lambda f: (f / "rigs").symlink_to("rigs"), CAMPAIGN, "rigs is no folder"),
     Fault("a fleet of files", good, "heli fleet log.csv log.csv -o out", "log.csv is no folder; name a folder of logs for each rig."),
