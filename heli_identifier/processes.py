@@ -20,7 +20,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from subprocess import DEVNULL, PIPE, Popen, TimeoutExpired
-from threading import Thread, current_thread, main_thread
+from threading import RLock, Thread, current_thread, main_thread
 from types import FrameType
 from typing import Any, NoReturn
 
@@ -38,13 +38,15 @@ _LONGEST_WAIT = None if _IS_POSIX else 0.5  # for another process [s]: on Window
 _ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGINT", "SIGBREAK") if hasattr(signal, name))
 
 _to_undo: list[tuple[int, Callable[[], object]]] = []
+_to_begin = RLock()  # a process that ends keeps it, so that its other threads begin nothing more
 
 
 @contextmanager
 def undo_at_end(undo: Callable[[], object]) -> Iterator[None]:
     """Call ``undo`` when the block ends or a signal ends the process within it; calling it twice must do no harm."""
     entry = (os.getpid(), undo)  # a forked process must not undo what its parent has registered
-    _to_undo.append(entry)
+    with _to_begin:
+        _to_undo.append(entry)
     try:
         yield
     finally:
@@ -74,11 +76,12 @@ def clean_up_on_signals() -> Iterator[None]:
 def _end(number: int, _frame: FrameType | None) -> None:
     for ending in _ENDING:  # a second signal would interrupt the clean-up
         signal.signal(ending, signal.SIG_IGN)
+    _to_begin.acquire()
     processes = sys.modules.get("multiprocessing")
     for child in processes.active_children() if processes else []:
         child.kill()
         child.join()  # it may write until it has ended
-    for process, undo in reversed(_to_undo):
+    for process, undo in _to_undo[::-1]:  # a copy, since other threads remove what ends
         if process == os.getpid():
             with suppress(Exception):
                 undo()

@@ -81,6 +81,13 @@ CAMPAIGNS = (
     Fault("a rig whose only log is held out", rigs(lambda f: (f / "b" / "log.csv").rename(f / "b" / "held.csv")), FLEET, "only held.csv"),
     Fault("a fleet of which one rig is left", rigs(lambda f: (f / "a" / "log.csv").write_text("a,b\n1,2\n")), FLEET, "rig a: "),
     Fault("a rig whose heli.toml has a key misspelt", rigs(lambda f: (f / "b" / "heli.toml").write_text("[rig]\nnmae = 'x'\n")), FLEET, "nmae"),
+    Fault(
+        "SIGTERM in the middle of a campaign of four rigs", campaigned,
+        f"set -m; for rig in b c d; do cp -r rigs/a rigs/$rig; done; {CAMPAIGN} --workers 2 >/dev/null 2>&1 & p=$!; "
+        'until [ "$(ls $TMPDIR/.heli-draft*/order 2>/dev/null | wc -l)" = 2 ] || ! kill -0 $p; do sleep .05; done; '
+        "kill -TERM $p; wait $p 2>/dev/null; echo exit $?, $(ls -A $TMPDIR | wc -l) left",
+        "exit 143, 0 left", 0, shell=True,
+    ),
     Fault("a campaign of nothing", nothing, "heli campaign", "Missing argument 'FOLDER'"),
     Fault("a campaign in a folder that is missing", nothing, "heli campaign nowhere", "nowhere is no folder"),
 )  # fmt: skip
