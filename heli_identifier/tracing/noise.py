@@ -205,38 +205,6 @@ def _error_polynomials(old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
     return polynomial(A - (A @ K[:, :, None]) * C)
 
 
-def slope_of_colour(axis: AxisFilter, others: Sequence[tuple[AxisFilter, float]]) -> Array:
-    """Return the derivatives of the innovations by parameters of a filter, as combinations of past innovations.
-
-    With g = e / det(zI - M) and m = e / det(zI - N), :func:`recolour` has the differential
-
-        de' = d det(zI - N') m - d det(zI - M') g.
-
-    ``others`` are J filters, each with one parameter moved, and by how much it was moved. The weights (8, J) are those
-    of g 1 to 5 samples ago and of m 1 to 3 samples ago, as in :func:`lagged`.
-    """
-    new, steps = [other for other, _ in others], np.array([step for _, step in others])
-    of_g = (axis.errors - _error_polynomials(axis, new)).T / steps
-    of_m = (np.array([other.noise for other in new]) - axis.noise).T / steps
-    return np.concatenate((of_g[1:], of_m[1:]))
-
-
-def filter_innovations(axis: AxisFilter, e: Array) -> tuple[Array, Array]:
-    """Return the g and m of :func:`slope_of_colour` of innovations ``e`` (n,)."""
-    g, m = (lfilter([1.0], poles, e) for poles in (axis.errors, axis.noise))
-    return g, m
-
-
-def lagged(g: Array, m: Array, rows: slice) -> Array:
-    """Return what g was 1 to 5 and m 1 to 3 samples ago, at the ``rows`` of a record, shape (8, rows)."""
-    table = np.zeros((8, rows.stop - rows.start))
-    lags = [(g, lag) for lag in range(1, 6)] + [(m, lag) for lag in range(1, 4)]
-    for row, (values, lag) in zip(table, lags, strict=True):
-        known = values[max(rows.start - lag, 0) : max(rows.stop - lag, 0)]
-        row[len(row) - len(known) :] = known
-    return table
-
-
 def start_memory(axis: AxisFilter, held: int = 1) -> Array:
     """Return lfilter's state (2, 5) of :func:`error_dynamics` after a start one larger in angle, and one in rate.
 
