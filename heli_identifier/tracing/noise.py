@@ -205,6 +205,18 @@ def _error_polynomials(old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
     return polynomial(A - (A @ K[:, :, None]) * C)
 
 
+def slopes_of_colour(e: Array, axis: AxisFilter, others: Sequence[AxisFilter]) -> Array:
+    """Return how much innovations ``e`` (n,) change, to first order, with filters that differ little: (J, n).
+
+    The differential of :func:`recolour` is de' = d det(zI - N') e/det(zI - N) - d det(zI - M') e/det(zI - M).
+    """
+    of_errors = axis.errors - _error_polynomials(axis, others)
+    of_noise = np.array([other.noise for other in others]) - axis.noise
+    return np.array(
+        [lfilter(b, axis.errors, e) + lfilter(c, axis.noise, e) for b, c in zip(of_errors, of_noise, strict=True)]
+    )
+
+
 def start_memory(axis: AxisFilter, held: int = 1) -> Array:
     """Return lfilter's state (2, 5) of :func:`error_dynamics` after a start one larger in angle, and one in rate.
 

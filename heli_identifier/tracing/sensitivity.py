@@ -32,7 +32,7 @@ from .noise import (
     error_dynamics,
     filters,
     reading_dynamics,
-    recolour,
+    slopes_of_colour,
     start_memory,
 )
 from .rig import Array, Coordinate, Parameters, means
@@ -205,10 +205,8 @@ class Sensitivities:
         L, moves, record = self.likelihood, self.moves, self.likelihood.records[i]
         axes, found = L.filters(record, self.point), list[dict[int, Array]]()
         for axis, others, e_a in zip(axes, self._other_filters(record.step), e.T, strict=True):
-            recoloured = recolour(e_a, axis, [other for other, _ in others.values()])
-            found.append(
-                {j: (e_j - e_a) / step for (j, (_, step)), e_j in zip(others.items(), recoloured, strict=True)}
-            )
+            changes = slopes_of_colour(e_a, axis, [other for other, _ in others.values()])
+            found.append({j: de / step for (j, (_, step)), de in zip(others.items(), changes, strict=True)})
 
         def pass_on(j: int, change: Array, dynamics: Callable[[AxisFilter], tuple[Array, Array]]) -> None:
             for k in np.flatnonzero(change.any(0)).tolist():
