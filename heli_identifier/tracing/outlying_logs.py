@@ -14,7 +14,7 @@ read wrongly: with the sign of an axis changed or the rotors swapped it was anot
 divided it was in another unit. Offsets and noise of the log are free.
 
 **Signs.** A larger v_f - v_r raises the pitch, k_x > 0; a larger v_f + v_r raises the elevation, k_z > 0 (Table 2). The
-sign of k_y is a convention, the sense of the travel; where k_x < 0 it tells the two causes apart.
+sign of k_y is a convention, the sense of the travel.
 
 Source: Iglewicz and Hoaglin 1993 (outliers by the median absolute deviation).
 """
@@ -153,35 +153,22 @@ def _lie_apart(values: Array, least: float) -> NDArray[np.bool_]:
 
 
 def log_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
-    """Constant torques (a,) [rad/s^2] of one log under a plant, without a prior, and its innovations (N, a) [rad].
+    """Take constant torques out of the innovations of one log under a plant, without a prior.
 
-    An axis on which nothing counts has nan.
+    Returns the torques (a,) [rad/s^2], nan for an axis on which nothing counts, and the rest of the innovations (N, a)
+    [rad].
     """
     likelihood = replace(fitted.likelihood, records=(record,))
-    point = likelihood.neutral_point(fitted.parameters, fitted.point.z)
-    return subtract_offsets(fitted, record, likelihood.run_all(point)[0][0])
-
-
-def subtract_offsets(fitted: Fit, record: Record, e: Array) -> tuple[Array, Array]:
-    """Take constant torques out of the innovations ``e`` (N, a) of one log, and the periodic torques of the fit.
-
-    The phase of a periodic torque differs from log to log. Returns the constant torques (a,) [rad/s^2] and the rest of
-    e.
-    """
-    b, axes, rest = np.full(e.shape[1], np.nan), fitted.likelihood.filters(record, fitted.point), e.copy()
-    for axis in range(len(b)):
+    (rest,), _ = likelihood.run_all(likelihood.neutral_point(fitted.parameters, fitted.point.z))
+    b, axes = np.full(rest.shape[1], np.nan), likelihood.filters(record, fitted.point)
+    for axis in np.flatnonzero(record.weights.any(0)).tolist():
         w = huber = record.weights[:, axis]
-        if not w.any():
-            continue
-        phases = [sine[1] * record.time for sine in (fitted.point.harmonics or [[]])[0] if sine[0] == axis]
-        torques = [np.ones(record.samples), *(wave(phase) for phase in phases for wave in (np.cos, np.sin))]
-        c = np.column_stack([lfilter(*error_dynamics(axes[axis]), torque) for torque in torques])
+        e, c = rest[:, axis].copy(), lfilter(*error_dynamics(axes[axis]), np.ones(record.samples))
         for _ in range(4):  # from least squares on
-            x = np.linalg.solve((c.T * huber) @ c, -(c.T * huber) @ e[:, axis])
-            rest[:, axis] = e[:, axis] + c @ x
+            b[axis] = -((c * huber) @ e) / ((c * huber) @ c)
+            rest[:, axis] = e + c * b[axis]
             size = np.abs(rest[:, axis])
             huber = w * np.minimum(1.0, OUTLIER * np.median(size[w > 0]) / 0.6745 / np.maximum(size, 1e-12))
-        b[axis] = x[0]
     return b, rest
 
 
@@ -256,38 +243,19 @@ def _reread(record: Record, rig: Rig, **changed: Any) -> Record:
     return replace(other, start=rig.initial_state(other.angles, other.inputs, other.step))
 
 
-_PITCH: Mapping[int, tuple[str, str]] = {
-    1: ("the pitch counts the other way", "pitch = -1 under [log.signs]"),
-    -1: ("front and rear are exchanged", "swap_rotors = true under [log]"),
-    0: ("the pitch counts the other way or front and rear are exchanged",
-        "pitch = -1 under [log.signs] or swap_rotors = true under [log]"),
-}  # fmt: skip
-"""Causes of a negative k_x, and what mends them, by the sign of k_y."""
+WIRED = {
+    "k_x": "the pitch counts the other way or front and rear are exchanged: set pitch = -1 under [log.signs], or "
+    "swap_rotors = true under [log],",
+    "k_z": "the elevation counts the other way: set elevation = -1 under [log.signs]",
+}
+"""By gain that is positive on every rig (Table 2): why it comes out negative, and what mends it."""
 
 
 def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
     """Warn of gains, by the paper's symbols, that are significantly negative, and say what mends them."""
-    pitch, elevation, travel = (_sign(estimates[name]) for name in ("k_x", "k_z", "k_y"))
-    negative = [name for name, sign in (("k_x", pitch), ("k_z", elevation)) if sign < 0]
-    if not negative:
-        return ()
-    causes = [_PITCH[travel]] if pitch < 0 else []
-    if elevation < 0:
-        causes.append(("the elevation counts the other way", "elevation = -1 under [log.signs]"))
-    cause = " and ".join(cause for cause, _ in causes)
-    advice = f"set {' and '.join(remedy for _, remedy in causes)} of heli.toml (`heli init` writes one)"
-    if pitch < 0 and elevation < 0 and travel >= 0:
-        cause += ", or both voltages do"
-        advice += " (for the voltages v_front = -1 and v_rear = -1)"
-    gains = " and ".join(f"{name} = {estimates[name].value:.3g} {estimates[name].unit}" for name in negative)
-    are = "are" if len(negative) > 1 else "is"
-    return (
-        f"WRONG SIGN: {gains} {are} negative, so {cause}; do not trust this result but {advice}, "
-        "or take the entry away if it stands there already, and run it again",
+    return tuple(
+        f"WRONG SIGN: {name} = {gain.value:.3g} {gain.unit} is negative, so {cause} of heli.toml (`heli init` writes "
+        "one), or take the entry away if it stands there already, and run it again: do not trust this result"
+        for name, cause in WIRED.items()
+        if (gain := estimates[name]).value < -OUTLIER * (gain.standard_error or 0.0)
     )
-
-
-def _sign(estimate: Estimate) -> int:
-    """Return -1 or 1 where a sign is beyond chance, else 0."""
-    sure = abs(estimate.value) > OUTLIER * (estimate.standard_error or 0.0)
-    return sure * (1 if estimate.value > 0.0 else -1)

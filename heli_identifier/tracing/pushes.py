@@ -32,7 +32,6 @@ from heli_identifier.records import Event, Log
 from .fit import Fit, fit, fit_per_log
 from .likelihood import undo_in_record
 from .noise import error_dynamics, match_steps, start_memory
-from .outlying_logs import subtract_offsets
 from .rig import Array, Record, records_of
 from .settings import SEEN_AT, SETTLING, UNKNOWN
 
@@ -87,7 +86,7 @@ def _fit_beside_events(fitted: Fit, logs: Sequence[_SearchedLog]) -> tuple[Fit, 
     if held_out := tuple(undo_in_record(likelihood.faults, record) for record in marked[count:]):
         others = replace(likelihood, records=held_out, faults={}, logged=())
         filtered = fit_per_log(others, others.neutral_point(fitted.parameters, fitted.point.z), fitted.sigma)
-        errors += [subtract_offsets(fitted, record, e)[1] for record, e in zip(held_out, filtered.e, strict=True)]
+        errors += filtered.e
         per_log += list(filtered.point.per_log)
     return fitted, [
         replace(log, record=record, e=np.where(record.weights > 0.0, e, 0.0), sizes=b[5 * len(axes) :])
