@@ -15,7 +15,7 @@ from heli_identifier.tracing import Verdict, select
 from heli_identifier.tracing.fit import covariance, fit, fit_log_spread
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.score import Scores, step_time
-from heli_identifier.tracing.select import fit_delivered, refit, stepwise
+from heli_identifier.tracing.select import fit_delivered, refit
 from heli_identifier.tracing.settings import KEPT, UNKNOWN
 from heli_identifier.tracing.stability import halves_agree, left_out_gain, open_structure
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
@@ -133,18 +133,6 @@ def test_a_forbidden_sign_scores_nothing_and_the_instant_of_a_step_is_found_by_t
     for e in null.e:
         e[:, 1] += response
     assert abs(step_time(null, 1) - 23.0) < 0.5
-
-
-def test_a_law_that_another_seems_to_replace_leaves_only_around_a_fit_of_both():
-    """The quadratic form around a fit of one law misjudges what a rival leaves to it."""
-    logs = [noisy_log(TABLE_2._replace(dry_friction_pitch=0.04), drive(60.0, k), 10 + k, name=f"{k}") for k in range(3)]
-    likelihood, resident = likelihood_of(logs), "breakaway_friction_pitch"
-    null, candidates = fit(likelihood, likelihood.rig.base), likelihood.rig.candidates
-    around = Scores(refit(null, candidates, [resident], {resident: 0.03}), candidates)
-    chosen = stepwise(around, [resident])
-    assert around.scores([resident])[resident].score > KEPT > around.scores(chosen)[resident].score
-    assert chosen == [resident, "dry_friction_pitch"]
-    assert stepwise(around, []) == ["dry_friction_pitch"], "what entered may leave for what enters later"
 
 
 def test_a_pitch_that_is_zeroed_anew_in_every_log_is_no_effect_of_the_rig():

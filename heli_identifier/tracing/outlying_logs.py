@@ -6,7 +6,7 @@ A log that reads z less than the others has the voltages of another height:
     eps'' = -a_e (eps + z) - a_1 + ...,    z_l = -(b_l - median over l of b_l) / a_e.
 
 Up to three standard deviations of b_l a zero is an offset of its log, which every fit estimates. Beyond that the plant
-with its effects decides, fitted to the logs that agree. An arm that was balanced differently has other voltages as
+with its effects decides. An arm that was balanced differently has other voltages as
 well; sines of the elevation tell the two apart, and a log is not shifted if that makes it less likely.
 
 **Other readings.** A log that gets likelier by more than :data:`.settings.UNKNOWN` nats when it is read otherwise was

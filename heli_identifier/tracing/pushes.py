@@ -17,7 +17,7 @@ Source: Willsky and Jones, IEEE Trans. Automatic Control 21 (1976) 108.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,59 +45,56 @@ def find_pushes(fitted: Fit, logs: Sequence[Log]) -> tuple[Event, ...]:
 
     Passages of the logs' events are not searched. A log may begin with a push: a rig takes off, or a hand lets it go.
     """
-    axes, records = range(len(fitted.likelihood.rig.axes)), records_of(logs, fitted.likelihood.rig, settled=True)
-    searched = [_SearchedLog(log, record, log.events) for log, record in zip(logs, records, strict=True)]
+    rig, count, new = fitted.likelihood.rig, len(fitted.point.per_log), False
+    records, events = records_of(logs, rig, settled=True), [log.events for log in logs]
     while True:
-        fitted, searched = _fit_beside_events(fitted, searched)
-        by_axis = [_search_axis(fitted, axis, searched) for axis in axes]
-        found = [max(of_log, key=lambda push: push[0]) for of_log in zip(*by_axis, strict=True)]
-        if max(S for S, _ in found) <= UNKNOWN:
-            return tuple(push for own in searched for push in own.events[len(own.log.events) :])
-        for i, (S, push) in enumerate(found):
+        marked = tuple(record.mark(own, rig.axes) for record, own in zip(records, events, strict=True))
+        fitted = _fit_again(fitted, marked[:count]) if new else fitted
+        errors = [*fitted.e, *_errors_beside(fitted, marked[count:])]
+        known = [
+            (record.mark(own, rig.axes, settled=True), np.where(record.weights > 0.0, e, 0.0))
+            for record, own, e in zip(records, events, errors, strict=True)
+        ]
+        found, new = [_search_axis(fitted, axis, known) for axis in range(len(rig.axes))], False
+        for i, (log, by_axis) in enumerate(zip(logs, zip(*found, strict=True), strict=True)):
+            (S, start, end, size), axis = max(zip(by_axis, rig.axes, strict=True))
             if S > UNKNOWN:
-                searched[i] = replace(searched[i], events=(*searched[i].events, push))
+                push = Event(log.name, axis, start, end, log.start + start, log.start + end, "force", size)
+                events[i], new = (*events[i], push), True
+        if not new:
+            return tuple(push for log, own in zip(logs, events, strict=True) for push in own[len(log.events) :])
 
 
-@dataclass(frozen=True, eq=False)
-class _SearchedLog:
-    """A log, its whole record as logged, and the events that are known so far."""
-
-    log: Log
-    record: Record
-    events: tuple[Event, ...]
-    e: Array = field(default_factory=lambda: np.empty((0, 0)))
-    """Innovations (N, a) [rad] of a filter that knows these events."""
+def _fit_again(fitted: Fit, records: tuple[Record, ...]) -> Fit:
+    """Repeat a fit with its records as logged, marked otherwise."""
+    again = replace(fitted.likelihood, records=records, faults={}, logged=())
+    return fit(again.undo_faults(fitted.likelihood.faults), fitted.names, fitted)
 
 
-def _fit_beside_events(fitted: Fit, logs: Sequence[_SearchedLog]) -> tuple[Fit, list[_SearchedLog]]:
-    """Repeat a fit without the passages of pushes, and run its filter along all logs."""
-    likelihood, axes, count = fitted.likelihood, fitted.likelihood.rig.axes, len(fitted.point.per_log)
-    marked = tuple(log.record.mark(log.events, axes) for log in logs)
-    if any(log.events != log.log.events for log in logs[:count]):
-        again = replace(likelihood, records=marked[:count], faults={}, logged=()).undo_faults(likelihood.faults)
-        fitted = fit(again, fitted.names, fitted)
-    errors = list(fitted.e)
-    if held_out := tuple(undo_in_record(likelihood.faults, record) for record in marked[count:]):
-        others = replace(likelihood, records=held_out, faults={}, logged=())
-        errors += fit_per_log(others, others.neutral_point(fitted.parameters, fitted.point.z), fitted.sigma).e
-    return fitted, [
-        replace(log, e=np.where(log.record.weights > 0.0, e, 0.0)) for log, e in zip(logs, errors, strict=True)
-    ]
+def _errors_beside(fitted: Fit, records: Sequence[Record]) -> list[Array]:
+    """Innovations (N, a) [rad] of records that are not those of a fit."""
+    if not records:
+        return []
+    undone = tuple(undo_in_record(fitted.likelihood.faults, record) for record in records)
+    others = replace(fitted.likelihood, records=undone, faults={}, logged=())
+    return fit_per_log(others, others.neutral_point(fitted.parameters, fitted.point.z), fitted.sigma).e
 
 
-def _search_axis(fitted: Fit, i: int, logs: Sequence[_SearchedLog]) -> list[tuple[float, Event]]:
-    """Find the largest further push of every log on one axis, with its S."""
-    axis, on_axis = fitted.likelihood.rig.axes[i], [_Pulses.of(fitted, log, i) for log in logs]
-    (least, tau_squared), found = _dispersion(on_axis), list[tuple[float, Event]]()
-    for own, pulses in zip(logs, on_axis, strict=True):
+def _search_axis(
+    fitted: Fit, axis: int, known: Sequence[tuple[Record, Array]]
+) -> list[tuple[float, float, float, float]]:
+    """Find the largest further push of every log on one axis: its S, start and end [s], size [rad/s^2].
+
+    ``known`` are the records, marked with the events that are known, and the innovations of a filter that knows them.
+    """
+    on_axis = [_Pulses.of(fitted, record, e[:, axis], axis) for record, e in known]
+    (least, tau_squared), found = _dispersion(on_axis), list[tuple[float, float, float, float]]()
+    for pulses in on_axis:
         phi = [least[w] + tau_squared[w] * pulses.change(w) ** 2 for w in range(len(WIDTHS))]
         S = 0.5 * pulses.u**2 / np.array(phi)
         k, first = map(int, np.unravel_index(S.argmax(), S.shape))
-        start, end = pulses.period * first, pulses.period * (first + WIDTHS[k])
         size = -float(pulses.u[k, first] / pulses.root[k])  # e is measured minus predicted
-        log = own.log
-        push = Event(log.name, axis, start, end, log.start + start, log.start + end, "force", size)
-        found.append((float(S[k, first]), push))
+        found.append((float(S[k, first]), pulses.period * first, pulses.period * (first + WIDTHS[k]), size))
     return found
 
 
@@ -121,12 +118,10 @@ class _Pulses:
         return maximum_filter1d(self.rate, WIDTHS[w] + LAG, origin=(LAG - WIDTHS[w] + 1) // 2)
 
     @classmethod
-    def of(cls, fitted: Fit, log: _SearchedLog, axis: int) -> "_Pulses":
-        """Match innovations of one axis with pulses, beside the log's start and the pushes that the filter knows."""
-        dynamics, sigma = fitted.likelihood.filters(log.record, fitted.point)[axis], fitted.sigma[axis]
-        names = fitted.likelihood.rig.axes
-        record = log.record.mark(log.events, names, settled=True)
-        held, period, e, w = record.held, record.held * record.step, log.e[:, axis], record.weights[:, axis]
+    def of(cls, fitted: Fit, record: Record, e: Array, axis: int) -> "_Pulses":
+        """Match innovations ``e`` (N,) of an axis with pulses, beside the log's start and the pushes of the record."""
+        dynamics, sigma = fitted.likelihood.filters(record, fitted.point)[axis], fitted.sigma[axis]
+        held, period, w = record.held, record.held * record.step, record.weights[:, axis]
         inputs = record.slower.inputs
         rate = np.abs(np.diff(inputs, axis=0, prepend=inputs[:1])).sum(1) / period
         courses = [course for push_axis, course in record.pushes if push_axis == axis]

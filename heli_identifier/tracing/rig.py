@@ -195,12 +195,6 @@ class Record:
         """Samples of a block of :data:`.settings.BLOCK` s, a multiple of :attr:`held`."""
         return self.held * max(1, round(BLOCK / (self.held * self.step)))
 
-    def until(self, seconds: float) -> "Record":
-        """Return the record up to an instant [s]."""
-        n = slice(round(seconds / self.step))
-        cut = {name: getattr(self, name)[n] for name in ("time", "inputs", "angles", "weights")}
-        return replace(self, **cut, pushes=[(axis, course[n]) for axis, course in self.pushes])
-
     def torque(self, constant: Array, sizes: Sequence[float]) -> Array:
         """Return a ``constant`` torque (a,) [rad/s^2], and where there are pushes with these ``sizes``, (N, a)."""
         if not self.pushes:

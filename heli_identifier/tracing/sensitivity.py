@@ -41,7 +41,7 @@ from .settings import DIFFERENCE, OUTLIER, PER_LOG
 Rows = tuple[NDArray[np.intp], Array]
 """Numbers of coordinates (k,), and the derivatives by them (k, n)."""
 
-CHUNK = 8000
+CHUNK = 2000
 """Samples that are read at a time."""
 
 
