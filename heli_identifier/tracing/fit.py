@@ -155,8 +155,8 @@ class Fit:
         axes = self.likelihood.filters(self.likelihood.records[0], self.point)
         return np.asarray(self.sigma / np.sqrt([axis.S for axis in axes]))
 
-    def take_step(self, s: Array) -> "tuple[Fit, float] | None":
-        """Take a step ``s`` (n,), halved until F falls, and give the share taken; None if F does not fall."""
+    def take_step(self, s: Array) -> "Fit | None":
+        """Take a step ``s`` (n,), halved until F falls; None if it does not fall."""
         P, shape, share = len(self.x), self.point.z.shape, 1.0
         for _ in range(ROUNDS):
             taken = share * s
@@ -165,7 +165,7 @@ class Fit:
             point = replace(self.point, z=z, per_log=self.point.per_log + moved)
             there = self.at(self.likelihood, self.coordinates, np.clip(self.x + taken[:P], *self.bounds), point)
             if there.value < self.value:
-                return there, share
+                return there
             share *= 0.5
         return None
 
@@ -244,9 +244,8 @@ def _descend(
         predicted = -(g @ s + 0.5 * s @ H @ s) + now.quadratic.per_log_fall
         step = now.take_step(s) if predicted >= least else None
         if step is not None:
-            fall, far = now.value - step[0].value, predicted > 1.0 or step[1] < 1.0
-            now = step[0]
-            if fall > least and (far or abs(predicted - fall) > CONVERGED):  # else F is as quadratic as predicted
+            fall, now = now.value - step.value, step
+            if fall > least and (predicted > 1.0 or abs(predicted - fall) > CONVERGED):  # else F is quadratic here
                 continue
         better = now.scan_air() if scan else None
         if better is None:

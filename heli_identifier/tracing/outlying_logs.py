@@ -19,7 +19,7 @@ sign of k_y is a convention, the sense of the travel.
 Source: Iglewicz and Hoaglin 1993 (outliers by the median absolute deviation).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -151,8 +151,8 @@ def log_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
 
 
 def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
-    """Name the logs that do not belong to the rig of the others: mirror images first, then logs that fit far worse."""
-    rig, notes = fitted.likelihood.rig, []
+    """Name the logs that do not belong to the others: mirror images, logs that fit far worse or have other gains."""
+    rig, reasons = fitted.likelihood.rig, list[tuple[str, str]]()
     records = [record_of(log, rig) for log in logs]
     as_read = [_misfit(fitted, record) for record in records]
     scales = np.array([np.nanmedian(sigma / fitted.sigma) for _, sigma in as_read])
@@ -160,31 +160,25 @@ def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
         alike = [other.rate_hz == log.rate_hz for other in logs]  # an average over 10 ms has less noise
         usual = float(np.median(scales[alike]))
         if mirror := _mirrored(fitted, record, F):
-            notes.append(f"the log {log.name} does not belong to the others: it fits with {mirror[0]}")
+            reasons.append((log.name, f"it fits with {mirror[0]}"))
         elif scale > 2.5 * usual:  # the air of one room hardly makes a ratio of two
-            notes.append(
-                f"the log {log.name} does not belong to the others: "
-                f"its innovations are {scale / usual:.1f} times theirs"
-            )
-    notes += _other_gains(fitted)
-    return tuple(f"{note}. Correct it in heli.toml or leave it out, and run this again" for note in notes)
+            reasons.append((log.name, f"its innovations are {scale / usual:.1f} times theirs"))
+    return tuple(
+        f"the log {name} does not belong to the others: {why}. Correct it in heli.toml or leave it out, and run this "
+        "again"
+        for name, why in (*reasons, *_other_gains(fitted))
+    )
 
 
-def _other_gains(fitted: Fit) -> list[str]:
+def _other_gains(fitted: Fit) -> Iterator[tuple[str, str]]:
     """Name the training logs whose gains, all of them or one, lie apart from those of the others."""
-    axes, records, notes = fitted.likelihood.rig.axes, fitted.likelihood.records, list[str]()
-    if len(records) < 3:  # of two neither is the other one
-        return notes
+    axes, records = fitted.likelihood.rig.axes, fitted.likelihood.records
     gains = fitted.point.per_log[:, 3 * len(axes) : 4 * len(axes)]
-    offsets, outlying = gains - np.median(gains, axis=0), _lie_apart(gains, OUTLIER * PER_LOG[3])
-    for record, offset, lies_apart in zip(records, offsets, outlying, strict=True):
-        if lies_apart.any():
-            said = [f"{100.0 * np.expm1(offset[i]):+.0f} % on the {axes[i]}" for i in np.flatnonzero(lies_apart)]
-            notes.append(
-                f"the log {record.name} does not belong to the others: its gains differ from theirs by "
-                f"{', '.join(said)}, as those of another rig or another supply"
-            )
-    return notes
+    outlying = _lie_apart(gains, OUTLIER * PER_LOG[3]) & (len(records) > 2)  # of two neither is the other one
+    for record, offset, apart in zip(records, gains - np.median(gains, axis=0), outlying, strict=True):
+        if apart.any():
+            said = ", ".join(f"{100.0 * np.expm1(offset[i]):+.0f} % on the {axes[i]}" for i in np.flatnonzero(apart))
+            yield record.name, f"its gains differ from theirs by {said}, as those of another rig or another supply"
 
 
 def _misfit(fitted: Fit, record: Record) -> tuple[float, Array]:
