@@ -2,8 +2,9 @@
 
 The plant's coordinates x, the air's z and the per-log parameters b move together. No coordinate moves by more than
 :data:`.settings.LARGEST_STEP` widths of its prior in a step, and the step is halved while F grows. A first fit begins
-in each of the airs :data:`.settings.AIRS` and goes on from the better end. When F falls no further, the fit tries these
-airs and a coarse grid around the present one on every axis, and continues from there if F is lower.
+in each of the airs :data:`.settings.AIRS`, with the first logs alone, and goes on from the better end. When F falls no
+further, the fit tries these airs and a coarse grid around the present one on every axis, and continues from there if F
+is lower.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,6 +25,7 @@ from .sensitivity import Quadratic, linearise
 from .settings import (
     AIR_SCAN,
     AIRS,
+    COARSE,
     CONVERGED,
     FARTHEST,
     ITERATIONS,
@@ -208,7 +210,9 @@ def fit(
         within = np.clip(x, -FARTHEST, FARTHEST).tolist()  # a step is at most some widths of a prior
         first = rig.assign(rig.parameters, {c.field: c.value(v) for c, v in zip(coordinates, within, strict=True)})
         airs = (np.repeat(np.array(air)[:, None], len(rig.axes), axis=1) for air in AIRS)
-        begin = (_descend(likelihood, fields, [likelihood.neutral_point(first, z)], ROUGHLY, False) for z in airs)
+        ends = np.cumsum([record.time[-1] for record in likelihood.records])
+        few = replace(likelihood, records=likelihood.records[: 1 + int(np.searchsorted(ends, COARSE))])
+        begin = (_descend(few, fields, [few.neutral_point(first, z)], ROUGHLY, False) for z in airs)
         start = min(begin, key=lambda fitted: fitted.value)
     points = [start.point] if other is None else [start.point, other]
     points = [replace(p, parameters=rig.assign(p.parameters, shapes or {})) for p in points]

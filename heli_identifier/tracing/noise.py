@@ -212,9 +212,10 @@ def slopes_of_colour(e: Array, axis: AxisFilter, others: Sequence[AxisFilter]) -
     """
     of_errors = axis.errors - _error_polynomials(axis, others)
     of_noise = np.array([other.noise for other in others]) - axis.noise
-    return np.array(
-        [lfilter(b, axis.errors, e) + lfilter(c, axis.noise, e) for b, c in zip(of_errors, of_noise, strict=True)]
-    )
+    g, m = (lfilter([1.0], poles, e) for poles in (axis.errors, axis.noise))
+    past = [(g, lag) for lag in range(1, 6)] + [(m, lag) for lag in range(1, 4)]  # the polynomials are monic
+    table = np.array([np.concatenate((np.zeros(lag), values[:-lag])) for values, lag in past])
+    return np.asarray(np.hstack((of_errors[:, 1:], of_noise[:, 1:])) @ table)
 
 
 def start_memory(axis: AxisFilter, held: int = 1) -> Array:

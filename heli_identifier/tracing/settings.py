@@ -99,6 +99,9 @@ smoothness; and a rougher air whose encoder's error is white, since a fine encod
 slowly. Gauss-Newton alone stays in local optima of the air on two thirds of the rigs in calm air, and on all with
 encoders of 16 bits and more."""
 
+COARSE = 60.0
+"""Length of flight [s] that the beginnings of a first fit look at: the air is the same in all logs."""
+
 # --- the helicopter (helicopter.py) ---
 
 TIMED = 0.5 * RECORD_STEP
