@@ -2,9 +2,9 @@
 
 The plant's coordinates x, the air's z and the per-log parameters b move together. No coordinate moves by more than
 :data:`.settings.LARGEST_STEP` widths of its prior in a step, and the step is halved while F grows. A first fit begins
-in each of the airs :data:`.settings.AIRS`, with the first logs alone, and goes on from the better end. When F falls no
-further, the fit tries these airs and a coarse grid around the present one on every axis, and continues from there if F
-is lower.
+with the first logs alone in each of the airs :data:`.settings.AIRS`, and every axis continues from the better one. When
+F falls no further, the fit tries a coarse grid of airs around the present one on every axis, and continues from there
+if F is lower.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ from scipy.optimize import lsq_linear
 from heli_identifier.chain import FAULTS
 
 from .likelihood import Likelihood, Point
-from .noise import LOWEST
+from .noise import LOWEST, SHAPES
 from .rig import Array, Coordinate, Parameters
 from .sensitivity import Quadratic, linearise
 from .settings import (
@@ -175,7 +175,6 @@ class Fit:
         """Move the air of every axis to the best of a coarse grid; None if F does not fall by enough to go on."""
         z = self.point.z
         airs = [z, *(np.clip(z + np.array(move)[:, None], LOWEST, FARTHEST) for move in AIR_SCAN)]
-        airs += [np.repeat(np.array(air)[:, None], z.shape[1], axis=1) for air in AIRS]
         best = self.likelihood.compare_airs(self.point, self.e, airs).argmin(0)
         if not best.any():
             return None
@@ -212,11 +211,30 @@ def fit(
         airs = (np.repeat(np.array(air)[:, None], len(rig.axes), axis=1) for air in AIRS)
         ends = np.cumsum([record.time[-1] for record in likelihood.records])
         few = replace(likelihood, records=likelihood.records[: 1 + int(np.searchsorted(ends, COARSE))])
-        begin = (_descend(few, fields, [few.neutral_point(first, z)], ROUGHLY, False) for z in airs)
-        start = min(begin, key=lambda fitted: fitted.value)
+        start = _join_airs([_descend(few, fields, [few.neutral_point(first, z)], ROUGHLY, False) for z in airs])
     points = [start.point] if other is None else [start.point, other]
     points = [replace(p, parameters=rig.assign(p.parameters, shapes or {})) for p in points]
     return _descend(likelihood, fields, points, ROUGHLY if value_only else CONVERGED, new and not value_only)
+
+
+def _join_airs(fits: Sequence[Fit]) -> Fit:
+    """Take for each axis the air of the fit that explains it best, and the coordinates that this axis determines most.
+
+    Fits are compared by their evidence F + ln det(H)/2 over the air of the axis (Laplace; MacKay 1992): air that swirls
+    fits chance as well, but only in a small part of the range of its prior.
+    """
+    least = min(fits, key=lambda fitted: fitted.value)
+    a, P, evidence = len(least.sigma), len(least.x), list[Array]()
+    for fitted in fits:
+        of_air = fitted.quadratic.total[0][P:, P:].reshape(SHAPES, a, SHAPES, a)
+        log_det = np.linalg.slogdet(np.moveaxis(np.diagonal(of_air, axis1=1, axis2=3), 2, 0))[1]
+        evidence.append(fitted.likelihood.compare_airs(fitted.point, fitted.e, [fitted.point.z])[0] + 0.5 * log_det)
+    best = np.argmin(evidence, axis=0)
+    x = np.choose(best[least.quadratic.information[:, :P].argmax(0)], [fitted.x for fitted in fits])
+    z = np.choose(best, [fitted.point.z for fitted in fits])
+    per_log = least.point.per_log.copy()
+    per_log[:, : 5 * a] = np.choose(np.tile(best, 5), [fitted.point.per_log[:, : 5 * a] for fitted in fits])
+    return Fit.at(least.likelihood, least.coordinates, x, replace(least.point, z=z, per_log=per_log))
 
 
 def _coordinates_of(
