@@ -11,7 +11,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from heli_identifier.chain import TIMING, Defect
+from heli_identifier.chain import Defect
 from heli_identifier.online import CONTRADICTION, Estimate
 
 from .fit import Fit, covariance
@@ -23,9 +23,7 @@ from .select import Finding, Selection
 from .settings import CONFIRMED, DETERMINED, KEPT, MATTERS, NAMED, OUTLIER, TIMED
 from .statements import (
     CatalogueVerdict,
-    CurveShape,
     Determination,
-    EffectCurve,
     FoundEffect,
     LogFault,
     NamedShape,
@@ -77,7 +75,7 @@ def lag_score(fitted: Fit, C: Array) -> Score:
 
 def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float | None = None) -> FoundEffect:
     """State one effect of a selection; ``fitted`` is the delivered plant."""
-    effect, units, p = finding.effect, fitted.likelihood.rig.units, fitted.parameters
+    effect, units = finding.effect, fitted.likelihood.rig.units
     rivals, in_plant = [rival for rival in finding.alternatives if rival.field not in fitted.fields], False
     coefficient = Estimate(finding.score.value, finding.score.standard_error, effect.unit)
     shapes = {name: Estimate(float(value), None, units[name]) for name, value in finding.score.shapes.items()}
@@ -91,13 +89,11 @@ def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float |
     if rivals and rivals[0].experiment != effect.experiment:
         both = (f"For {one.name.replace('_', ' ')}: {one.experiment}" for one in (effect, rivals[0]))
         experiment = " ".join(("Measure what shows either alone.", *both))
-    timing = 1e3 * (p.T_m + p.motor_lag_rotors + p.input_delay_rotors)
     return FoundEffect(
         effect.name, effect.axis, coefficient, verdict, effect.family,
         tuple((other.name, other.axis) for other in rivals),
         NamedShape({effect.shape_names.get(name, name): value for name, value in shapes.items()}),
         finding.stated_score, experiment, in_plant, left_out_gain,
-        f"lag and delay of the rotors together: {timing:.0f} ms" if (effect.family,) == TIMING else "",
     )  # fmt: skip
 
 
@@ -260,31 +256,3 @@ def _judge_parameter(
         return Determination.NOT_DETERMINED, why, False
     why = "no reference confirms it; it holds if the air's torque is as modelled"
     return Determination.NOISE_MODEL, why, False
-
-
-def draw_curves(fitted: Fit, effects: Sequence[FoundEffect]) -> tuple[EffectCurve, ...]:
-    """Draw the effects of the plant over their variable: partial residuals, the law and its band.
-
-    The partial residual is the smoothed acceleration less what the plant gives without the effect, averaged over bins
-    of the variable; the law's curve is the plant with the effect less the plant without, at the same motion.
-    """
-    rig, drawn = fitted.likelihood.rig, []
-    laws = {(e.name, e.axis): e for e in rig.effects if e.drawn_against}
-    for found in effects:
-        shape, effect = found.shape, laws.get((found.name, found.axis))
-        if isinstance(shape, CurveShape):
-            curve = np.column_stack((shape.curve, shape.band[:, 1:]))
-            drawn.append(EffectCurve(found.name, found.axis, shape.variable, shape.unit, np.empty((0, 2)), curve))
-        if effect is None or found.coefficient is None or not found.in_plant:
-            continue
-        bare = rig.assign(fitted.parameters, {effect.field: 0.0})
-        parts = [rig.partial_residual(record, fitted.parameters, bare, effect) for record in fitted.likelihood.records]
-        axis, variable, unit = parts[0][:3]
-        x, y, law = (np.concatenate([part[k] for part in parts]) for k in (3, 4, 5))
-        bins = np.array_split(np.argsort(x), 32)
-        X, Y, g = (np.array([v[b].mean() for b in bins]) for v in (x, y, law))
-        value, error = found.coefficient.value, found.coefficient.standard_error or 0.0
-        spread = 1.96 * abs(error / value) * abs(g) if value else 0.0
-        band = np.column_stack((X, g, g - spread, g + spread))
-        drawn.append(EffectCurve(found.name, axis, variable, unit, np.column_stack((X, Y)), band))
-    return tuple(drawn)

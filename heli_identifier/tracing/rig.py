@@ -139,8 +139,6 @@ class Effect:
     """Shape that is the instant of a step; empty if there is none."""
     certain: bool = False
     """Whether every rig has it, as a term of rigid-body mechanics with a coefficient of 1."""
-    drawn_against: str = ""
-    """Variable that its curve is drawn over; empty if it acts through no torque."""
     shape_names: Mapping[str, str] = dataclasses.field(default_factory=dict)
     """What the shapes are called in results, by field."""
     fault: Fault | None = None
@@ -196,12 +194,6 @@ class Record:
     def block(self) -> int:
         """Samples of a block of :data:`.settings.BLOCK` s, a multiple of :attr:`held`."""
         return self.held * max(1, round(BLOCK / (self.held * self.step)))
-
-    def until(self, seconds: float) -> "Record":
-        """Return the record up to an instant [s]."""
-        n = slice(round(seconds / self.step))
-        cut = {name: getattr(self, name)[n] for name in ("time", "inputs", "angles", "weights")}
-        return replace(self, **cut, pushes=[(axis, course[n]) for axis, course in self.pushes])
 
     def torque(self, constant: Array, sizes: Sequence[float]) -> Array:
         """Return a ``constant`` torque (a,) [rad/s^2], and where there are pushes with these ``sizes``, (N, a)."""

@@ -51,7 +51,7 @@ class NamedShape(msgspec.Struct, frozen=True, tag_field="kind", tag="parameters"
 def variable_name(variable: str) -> str:
     """Return a variable of a torque as words."""
     voltages = {"mu_sum": "sum of the voltages", "mu_diff": "difference of the voltages"}
-    return {**voltages, "mu_rate": "rate of the sum of the voltages"}.get(variable, variable.replace("_", " "))
+    return voltages.get(variable, variable.replace("_", " "))
 
 
 class CurveShape(msgspec.Struct, frozen=True, eq=False, tag_field="kind", tag="curve"):
@@ -108,8 +108,6 @@ class FoundEffect:
     left_out_gain: float | None = None
     """Of a possible effect: the rise of the log-likelihood of training logs, each left out in turn [nats]. None for a
     torque that steps at one instant, and for a law whose shape lies at the end of its range: no plant has these."""
-    together: str = ""
-    """What the effect and its alternatives come to together, in words; empty where there is no such figure."""
 
 
 @dataclass(frozen=True)
@@ -185,18 +183,3 @@ class Agreement:
     expected: Number
     """What sampling alone allows if the plant is right."""
     splits: int
-
-
-@dataclass(frozen=True, eq=False)
-class EffectCurve:
-    """Partial residual torque of one found effect against its variable, with the fitted law and its band.
-
-    ``points`` (n, 2) and ``curve`` (m, 4): x, y, low, high; x in ``unit``, y in rad/s^2.
-    """
-
-    name: str
-    axis: str
-    variable: str
-    unit: str
-    points: Array
-    curve: Array
