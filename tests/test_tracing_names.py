@@ -14,8 +14,8 @@ from heli_identifier.tracing import Verdict, select
 from heli_identifier.tracing.fit import fit, fit_log_spread
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.score import Scores, step_time
-from heli_identifier.tracing.select import fit_delivered, refit
-from heli_identifier.tracing.settings import KEPT, UNKNOWN
+from heli_identifier.tracing.select import fit_delivered
+from heli_identifier.tracing.settings import UNKNOWN
 from heli_identifier.tracing.stability import halves_agree, leave_logs_out, left_out_gain
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2

@@ -63,7 +63,7 @@ class Fit:
         point = replace(point, parameters=likelihood.rig.assign(point.parameters, values))
         data, sigma = likelihood.data_terms(likelihood.run_all(point)[0])
         value = float((data + likelihood.log_determinants(point, sigma)).sum()) + likelihood.priors(x, point)
-        return cls(likelihood, coordinates, x, point, sigma, value)
+        return cls(likelihood, coordinates, x, point, sigma, value if np.isfinite(value) else np.inf)  # it may diverge
 
     @property
     def e(self) -> list[Array]:
@@ -258,7 +258,7 @@ def _descend(
     starts = [Fit.at(likelihood, *_coordinates_of(likelihood, fields, p.parameters), p) for p in points]
     now = min(starts, key=lambda start: start.value)
     lowest = np.repeat(LOWEST, now.point.z.shape[1])
-    for _ in range(ITERATIONS):
+    for _ in range(ITERATIONS if np.isfinite(now.value) else 0):  # a plant may diverge without an effect that it lacks
         z, (H, g) = now.point.z.ravel(), now.quadratic.total
         low, high = now.bounds
         low, high = np.concatenate((low - now.x, lowest - z)), np.concatenate((high - now.x, FARTHEST - z))
