@@ -120,6 +120,21 @@ def found_effects():
     )  # fmt: skip
 
 
+def curves():
+    x = np.linspace(-0.3, 0.3, 32)
+    law = -FRICTION.value * np.sign(x)
+    return (
+        tracing.EffectCurve(
+            "dry_friction", "pitch", "pitch rate", "rad/s", np.column_stack((x, law + 1e-3 * np.cos(40.0 * x))),
+            np.column_stack((x, law, law - 1e-3, law + 1e-3)),
+        ),
+        tracing.EffectCurve(
+            "unknown", "travel", "travel", "rad", np.empty((0, 2)),
+            np.column_stack((TURNS, WAVE, WAVE - 1e-3, WAVE + 1e-3)),
+        ),
+    )  # fmt: skip
+
+
 def catalogue():
     """Every entry: the shown one, two that are not testable, the others not shown."""
     verdicts = []
@@ -156,7 +171,7 @@ def example_diagnosis(logs=None):
         effects_after={"dry_friction_pitch": FRICTION}, parameters=determinations(AFTER), covariance=np.diag([1e-4]),
         covariance_fields=("k_x",), plant_before=BEFORE, plant_after=AFTER, axes=axis_reports(series),
         held_out=results.HeldOutLikelihood(20.0, 1800.0, 1803.5, gain), closed_loop=False,
-        references="voltages", agreement=tracing.Agreement(0.8, 0.9, 3), series=series,
+        references="voltages", agreement=tracing.Agreement(0.8, 0.9, 3), series=series, curves=curves(),
         data=(
             results.DataEntry("train <1>.csv", "ab" * 32, 9000, 100.0, "training", ("pitch in degrees",)),
             results.DataEntry("held.csv", "cd" * 32, 2000, 100.0, "held out"),
@@ -175,6 +190,6 @@ def adequate_diagnosis():
     base = example_diagnosis()
     shown = tuple(replace(v, verdict=Verdict.NOT_SHOWN) if v.verdict == Verdict.SHOWN else v for v in base.catalogue)
     return replace(
-        base, verdict=results.RigVerdict.MODEL_ADEQUATE, effects=(), catalogue=shown,
+        base, verdict=results.RigVerdict.MODEL_ADEQUATE, effects=(), curves=(), catalogue=shown,
         parameters_after=base.parameters_before, effects_after={}, possible=(),
     )  # fmt: skip

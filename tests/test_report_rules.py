@@ -124,6 +124,7 @@ def check_rules(diagnosis):
         word = "no" if axis not in real else "better" if real[axis] < 0.0 else "worse"
         card = re.search(rf"{axis} {CARD[Use(own['use'])].format(horizon)} (\w+)", page)
         assert card and card[1] == word
+        assert axis in usable or f"on the {axis}: the law" not in written
     # what an axis needs that cannot be used is flown first
     gains = dict(zip(("pitch", "elevation", "travel"), ("k_x", "k_z", "k_y"), strict=True))
     needed = [document["parameters"].get(gains[axis], {}).get("experiment") for axis in gains if axis not in usable]

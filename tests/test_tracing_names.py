@@ -10,9 +10,10 @@ from scipy.stats import chi2
 
 from benchmarks.rigs import likelihood_of, windy_logs
 from heli_identifier.results import log_likelihood
-from heli_identifier.tracing import Verdict, select
+from heli_identifier.tracing import Verdict, helicopter, select
 from heli_identifier.tracing.fit import fit, fit_log_spread
 from heli_identifier.tracing.noise import error_dynamics
+from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_time
 from heli_identifier.tracing.select import fit_delivered
 from heli_identifier.tracing.settings import UNKNOWN
@@ -133,6 +134,16 @@ def test_a_forbidden_sign_scores_nothing_and_the_instant_of_a_step_is_found_by_t
     for e in null.e:
         e[:, 1] += response
     assert abs(step_time(null, 1) - 23.0) < 0.5
+
+
+def test_a_law_is_drawn_as_smooth_as_its_data():
+    """A delay acts where voltages jump: were its law smoothed less than the data, these would lie on half its slope."""
+    plant = TABLE_2._replace(input_delay_rotors=0.06)
+    log = noisy_log(plant, drive(60.0, 3), 3, name="late")
+    rig = helicopter([log])
+    effect = next(own for own in rig.effects if own.name == "input_delay")
+    *_, residual, law = rig.partial_residual(record_of(log, rig), plant, TABLE_2, effect)
+    assert float(law @ residual / (law @ law)) == pytest.approx(1.0, abs=0.1)  # air and encoder add some .02
 
 
 def test_a_pitch_that_is_zeroed_anew_in_every_log_is_no_effect_of_the_rig():

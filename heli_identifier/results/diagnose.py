@@ -28,7 +28,7 @@ from heli_identifier.results.checking import errors_ahead
 from heli_identifier.results.diagnosis import DataEntry, Diagnosis, ErrorFigure, RigVerdict
 from heli_identifier.results.held_out import compare
 from heli_identifier.results.words import has_sign
-from heli_identifier.tracing.findings import estimates, log_faults
+from heli_identifier.tracing.findings import draw_curves, estimates, log_faults
 from heli_identifier.tracing.fit import Fit, covariance, fit
 from heli_identifier.tracing.helicopter import LAG_FIELD
 from heli_identifier.tracing.identification import Identification, Progress, identify_plant
@@ -125,6 +125,7 @@ def diagnose(
         references=references.origin,
         agreement=identified.agreement,
         series=series,
+        curves=draw_curves(after, effects),
         data=tuple(
             DataEntry(log.path or log.name, log.sha256, log.samples, log.rate_hz, use, log.notes)
             for use, logs in (("training", training), ("held out", unseen))

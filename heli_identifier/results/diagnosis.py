@@ -20,6 +20,7 @@ from heli_identifier.tracing import (
     Agreement,
     Array,
     CatalogueVerdict,
+    EffectCurve,
     FoundEffect,
     LogFault,
     Number,
@@ -225,6 +226,7 @@ class Diagnosis(DiagnosisFile):
     is the offset less the lift there."""
     covariance_fields: tuple[str, ...]
     series: tuple[HeldOutSeries, ...]
+    curves: tuple[EffectCurve, ...]
     ahead_200ms: Mapping[str, float] = field(default_factory=dict)
     """Where a controller flew: by axis the corrected plant's largest error .2 s ahead [rad] on one log, training logs
     included, in air of which nothing is known."""

@@ -13,7 +13,7 @@ from scipy.signal import correlate
 
 from heli_identifier import tracing
 from heli_identifier.results import tables, words
-from heli_identifier.results.diagnosis import Diagnosis, HeldOutSeries
+from heli_identifier.results.diagnosis import Diagnosis, HeldOutSeries, Use
 from heli_identifier.results.documents import write_files
 from heli_identifier.results.parameters import PLANT, corrected_parameters
 from heli_identifier.results.running import build, check_free_run
@@ -69,7 +69,7 @@ def report_page(diagnosis: Diagnosis, rig: str) -> str:
         of_logs=tuple(f"{name}:" for entry in diagnosis.data for name in (entry.file, Path(entry.file).stem)),
         overlay=_draw_overlay(diagnosis),
         entry_of=catalogue_effect,
-        curve_figure=_curve_figure,
+        law_figure=_law_figure,
         residual_figure=_residual_figure,
     )
 
@@ -101,16 +101,21 @@ def _draw_overlay(diagnosis: Diagnosis) -> str:
     return figure(panels, "time [s]", description, 1100.0)
 
 
-def _curve_figure(effect: tracing.FoundEffect) -> str:
-    """Draw the curve of an unknown torque with its band."""
-    shape = effect.shape
-    if not isinstance(shape, tracing.CurveShape):
+def _law_figure(diagnosis: Diagnosis, effect: tracing.FoundEffect) -> str:
+    """Draw a law, and the torque that the plant without it does not explain, averaged over bins of its variable."""
+    # a torque of no catalogue has the curve of its variable, and may have several on an axis
+    curves = (c for c in diagnosis.curves if c.name == effect.name and effect.axis in (c.axis, "rotors"))
+    curve = next((c for c in curves if getattr(effect.shape, "variable", c.variable) == c.variable), None)
+    if curve is None or (curve.axis in diagnosis.axes and diagnosis.axes[curve.axis].use is Use.NOTHING):
         return ""
+    x, y, low, high = curve.curve.T
     panel = Axes("torque/inertia [mrad/s²]")
-    panel.band(shape.band[:, 0], 1e3 * shape.band[:, 1], 1e3 * shape.band[:, 2], "95 % band")
-    panel.line(shape.curve[:, 0], 1e3 * shape.curve[:, 1], "after", "curve", 2.0)
-    label = words.label_with_unit(tracing.variable_name(shape.variable), shape.unit)
-    return figure([panel], label, f"{words.effect_title(effect)}: its curve with a band of 95 %")
+    panel.band(x, 1e3 * low, 1e3 * high, "95 % band")
+    panel.line(x, 1e3 * y, "after", "law", 2.0)
+    if len(curve.points):
+        panel.points(curve.points[:, 0], 1e3 * curve.points[:, 1], "measured", "data")
+    label, title = words.label_with_unit(tracing.variable_name(curve.variable), curve.unit), words.effect_title(effect)
+    return figure([panel], label, f"{title}: the law with its band over what the training logs show")
 
 
 def _residual_figure(series: HeldOutSeries, axis: str) -> str:

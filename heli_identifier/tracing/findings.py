@@ -23,7 +23,9 @@ from .select import Finding, Selection
 from .settings import CONFIRMED, DETERMINED, KEPT, MATTERS, NAMED, OUTLIER, TIMED
 from .statements import (
     CatalogueVerdict,
+    CurveShape,
     Determination,
+    EffectCurve,
     FoundEffect,
     LogFault,
     NamedShape,
@@ -256,3 +258,31 @@ def _judge_parameter(
         return Determination.NOT_DETERMINED, why, False
     why = "no reference confirms it; it holds if the air's torque is as modelled"
     return Determination.NOISE_MODEL, why, False
+
+
+def draw_curves(fitted: Fit, effects: Sequence[FoundEffect]) -> tuple[EffectCurve, ...]:
+    """Draw the effects of the plant over their variable: partial residuals, the law and its band.
+
+    The partial residual is the smoothed acceleration less what the plant gives without the effect, averaged over bins
+    of the variable; the law's curve is the plant with the effect less the plant without, at the same motion.
+    """
+    rig, drawn = fitted.likelihood.rig, []
+    laws = {(e.name, e.axis): e for e in rig.effects if e.drawn_against}
+    for found in effects:
+        shape, effect = found.shape, laws.get((found.name, found.axis))
+        if isinstance(shape, CurveShape):
+            curve = np.column_stack((shape.curve, shape.band[:, 1:]))
+            drawn.append(EffectCurve(found.name, found.axis, shape.variable, shape.unit, np.empty((0, 2)), curve))
+        if effect is None or found.coefficient is None or not found.in_plant:
+            continue
+        bare = rig.assign(fitted.parameters, {effect.field: 0.0})
+        parts = [rig.partial_residual(record, fitted.parameters, bare, effect) for record in fitted.likelihood.records]
+        axis, variable, unit = parts[0][:3]
+        x, y, law = (np.concatenate([part[k] for part in parts]) for k in (3, 4, 5))
+        bins = np.array_split(np.argsort(x), 32)
+        X, Y, g = (np.array([v[b].mean() for b in bins]) for v in (x, y, law))
+        value, error = found.coefficient.value, found.coefficient.standard_error or 0.0
+        spread = 1.96 * abs(error / value) * abs(g) if value else 0.0
+        band = np.column_stack((X, g, g - spread, g + spread))
+        drawn.append(EffectCurve(found.name, axis, variable, unit, np.column_stack((X, Y)), band))
+    return tuple(drawn)

@@ -30,6 +30,7 @@ from .motion import (
     arm_readings,
     equation_terms,
     estimate_equations,
+    partial_residual,
     plant_accelerations,
     record_start,
     signals_of,
@@ -110,7 +111,7 @@ def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
     return Effect(
         entry.field, entry.name, entry.axis, entry.unit, entry.lower, entry.upper, entry.family,
         tuple(s.field for s in estimated), starts, entry.experiment,
-        next((s.field for s in entry.shapes if s.start == STEP_TIMES), ""), entry.certain,
+        next((s.field for s in entry.shapes if s.start == STEP_TIMES), ""), entry.certain, entry.drawn_against or "",
         {shape.field: shape.name for shape in entry.shapes},
     )  # fmt: skip
 
@@ -150,6 +151,7 @@ class Rig:
     readings = staticmethod(arm_readings)
     state_in_motion = staticmethod(state_in_motion)
     plant_accelerations = staticmethod(plant_accelerations)
+    partial_residual = staticmethod(partial_residual)
 
     @staticmethod
     def air(z: Array) -> Array:

@@ -139,6 +139,8 @@ class Effect:
     """Shape that is the instant of a step; empty if there is none."""
     certain: bool = False
     """Whether every rig has it, as a term of rigid-body mechanics with a coefficient of 1."""
+    drawn_against: str = ""
+    """Variable that its curve is drawn over; empty if it acts through no torque."""
     shape_names: Mapping[str, str] = dataclasses.field(default_factory=dict)
     """What the shapes are called in results, by field."""
     fault: Fault | None = None

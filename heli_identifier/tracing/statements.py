@@ -51,7 +51,7 @@ class NamedShape(msgspec.Struct, frozen=True, tag_field="kind", tag="parameters"
 def variable_name(variable: str) -> str:
     """Return a variable of a torque as words."""
     voltages = {"mu_sum": "sum of the voltages", "mu_diff": "difference of the voltages"}
-    return voltages.get(variable, variable.replace("_", " "))
+    return {**voltages, "mu_rate": "rate of the sum of the voltages"}.get(variable, variable.replace("_", " "))
 
 
 class CurveShape(msgspec.Struct, frozen=True, eq=False, tag_field="kind", tag="curve"):
@@ -183,3 +183,18 @@ class Agreement:
     expected: Number
     """What sampling alone allows if the plant is right."""
     splits: int
+
+
+@dataclass(frozen=True, eq=False)
+class EffectCurve:
+    """Partial residual torque of one found effect against its variable, with the fitted law and its band.
+
+    ``points`` (n, 2) and ``curve`` (m, 4): x, y, low, high; x in ``unit``, y in rad/s^2.
+    """
+
+    name: str
+    axis: str
+    variable: str
+    unit: str
+    points: Array
+    curve: Array
