@@ -75,9 +75,8 @@ DEFINITIONS = {
     "AdaptiveIdentifier": Definition(
         ("identifier.c",),
         (
-            online.prepare, online.is_due, online.next_due, online.take_sample, online.begin_sampling,
-            online.before_samples, online.default_settings, online.is_closed, adaptive_identifier.output_values,
-            adaptive_identifier.check_estimate, slave_base.check_substeps,
+            online.prepare, online.begin_sampling, online.before_samples, online.default_settings, online.is_closed,
+            adaptive_identifier.take_samples, adaptive_identifier.output_values,
             (online.IdentifierSettings.__post_init__, {"self": online.IdentifierSettings}),
         ),
         online.IdentifierSettings,

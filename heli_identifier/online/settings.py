@@ -10,7 +10,7 @@ from typing import NamedTuple
 from heli_plant.effects import AXES
 
 from ..errors import ConfigurationError, require_positive, require_range
-from .loop import product_interval
+from .loop import product_interval, score_samples
 from .state_filter import FilterCoefficients, discretise
 from .whitening import (
     ANY_ROOM,
@@ -177,6 +177,7 @@ class Plan:
     restoring_noise: float  # r of an addition [1]; infinite if there is none
     refresh_samples: int  # from one whitening filter of prediction errors to the next
     product_samples: int  # from one product of instruments and regressors to the next
+    score_samples: tuple[int, int]  # before the first block of the score of a closed loop, and in a block
     hold_samples: int  # before the estimation begins
     moment_samples: int  # from one sample of the moments to the next
     moment_interval: float  # the same [s]
@@ -220,6 +221,7 @@ def prepare(settings: IdentifierSettings) -> Plan:
         restoring_noise=-settings.gain_limit / expm1(-alpha * h * restoring) if alpha > 0.0 else inf,
         refresh_samples=max(_LEAST_REFRESH, round(_REFRESH / h)),
         product_samples=product_interval(h),
+        score_samples=score_samples(h),
         hold_samples=round(hold / h),
         moment_samples=spacing,
         moment_interval=spacing * h,
