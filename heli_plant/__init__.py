@@ -1,1 +1,1 @@
-"""Physics of the bench helicopter: parameters, plant, effects, sensors, control laws, simulation."""
+"""Physics of the bench helicopter: parameters, models, effects, sensors, control law, simulation."""

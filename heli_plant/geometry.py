@@ -17,7 +17,8 @@ Source: laboratory of TTK4115 Linear System Theory, NTNU, "Helicopter lab assign
 from dataclasses import dataclass
 from math import hypot, log, sqrt
 
-GRAVITY = 9.81  # acceleration of free fall [m/s^2]
+from .models import GRAVITY
+
 MASS_ERROR, LENGTH_ERROR = 0.02, 0.01
 """Relative standard deviations of masses, to which cables and frame are assigned by eye, and of lengths."""
 

@@ -52,6 +52,21 @@ _ROWS: tuple[_Row, ...] = (
     ("ado_stiffness", "ado.stiffness_per_metre", "", "1/s^2/m", 0.1, -100.0, 100.0, "shift of a_e per metre"),
     ("ado_speed", "ado.speed", "", "m/s", 0.05, 0.0, 10.0, "speed limit of the lead screw"),
     ("ado_travel", "ado.travel", "", "m", 0.26, 0.0, 10.0, "the mass moves between plus and minus this"),
+    # the general model, eq. (1), in place of the simplified one: values of LAAS report 18040
+    ("general_model", "general.enabled", "", "1", 0.0, 0.0, 1.0, "1: eq. (1) from four point masses; 0: simplified"),
+    ("m2", "general.mass_arm", "m2", "kg", 1.00, 1e-6, 100.0, "mass at the end of the arm"),
+    ("m3", "general.mass_body", "m3", "kg", 0.771, 1e-6, 100.0, "mass of both rotors together"),
+    ("l1", "general.length_counterweight", "l1", "m", 0.520, 1e-3, 10.0, "pivot to counterweight"),
+    ("l2", "general.length_arm", "l2", "m", 0.650, 1e-3, 10.0, "pivot to helicopter body"),
+    ("l3", "general.length_rotor", "l3", "m", 0.180, 1e-3, 10.0, "arm axis to rotor"),
+    ("d1", "general.drop_counterweight", "d1", "m", 0.192, -10.0, 10.0, "counterweight below the arm"),
+    ("d2", "general.drop_body", "d2", "m", 0.003, -10.0, 10.0, "rotors' mass below the arm axis"),
+    ("viscous_travel", "general.viscous_travel", "", "N.m.s", 0.250, 0.0, 100.0, "viscous friction of the travel"),
+    ("viscous_elevation", "general.viscous_elevation", "", "N.m.s", 0.050, 0.0, 100.0,
+     "viscous friction of the elevation"),
+    ("viscous_pitch", "general.viscous_pitch", "", "N.m.s", 0.003, 0.0, 100.0, "viscous friction of the pitch"),
+    ("k_gf", "general.drag_torque", "k_gf", "m", -0.067, -10.0, 10.0, "propeller drag torque per newton of thrust"),
+    ("k_f", "general.thrust_gain", "k_f", "N/V", 0.217, 0.0, 100.0, "thrust per volt of one rotor"),
 )  # fmt: skip
 
 

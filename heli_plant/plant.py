@@ -1,14 +1,5 @@
 """The plant: its accelerations, one step under held voltages, and the differential equation.
 
-**Accelerations:** eqs (2), (10) and (12), with mu_d = nu_f - nu_r and mu_s = nu_f + nu_r [V], the thrust-equivalent
-voltages behind the motors' lag:
-
-    theta''   = -a_wx theta' - a_th sin(theta - theta0) + k_x mu_d
-    epsilon'' = -a_wz epsilon' - a_e epsilon - a_1 - a_lt theta' lambda' + k_z mu_s cos(theta)
-    lambda''  = -a_wy lambda' + k_y mu_s sin(theta)
-
-and on each axis the sum of the laws that are switched on (:mod:`heli_plant.laws`).
-
 **Step:** classical Runge-Kutta of order 4 on the three axes. The motors of eq. (9) are advanced exactly, so their
 voltages at the step's start, middle and end are known before the mechanical stages run. The bending of the arm
 (:func:`heli_plant.effects.arm.arm_bending`) is a mode that the rotors drive, so it takes its own Runge-Kutta step.
@@ -26,7 +17,6 @@ with eq. (9) as nu_i' = (u_i - nu_i) / T_m after saturation. It has no input del
 ADO's mass is at x_m, within its travel.
 """
 
-from math import cos, sin
 from typing import Any
 
 from .laws import (
@@ -41,6 +31,7 @@ from .laws import (
     switched_on,
     thrust_voltages,
 )
+from .models import general_accelerations, simplified_accelerations
 from .motor import approach, decay_factor, mean_held, saturate
 from .parameters import PlantParameters
 from .state import PlantState
@@ -50,14 +41,15 @@ def accelerations(
     t: float, th: float, ep: float, la: float, w_th: float, w_ep: float, w_la: float, mu_diff: float, mu_sum: float,
     mass_position: float, cable_rest: float, switches: tuple[bool, bool, bool], p: PlantParameters,
 ) -> tuple[float, float, float]:  # fmt: skip
-    """Return (theta'', epsilon'', lambda'') [rad/s^2]: the simplified model, the ADO, the effects that are switched on.
+    """Return (theta'', epsilon'', lambda'') [rad/s^2]: the chosen model, the ADO, the effects that are switched on.
 
     Time [s], angles [rad], rates [rad/s], thrust voltages [V], ADO's mass position [m], travel where the cable is slack
     [rad], ``switches`` from :func:`heli_plant.laws.switched_on`. ``p`` may be a NumPy record of these fields.
     """
-    a_th = p.k_x * mu_diff - p.a_wx * w_th - p.a_th * sin(th - p.theta0)
-    a_ep = p.k_z * mu_sum * cos(th) - p.a_wz * w_ep - p.a_e * ep - p.a_1 - p.a_lt * w_th * w_la
-    a_la = p.k_y * mu_sum * sin(th) - p.a_wy * w_la
+    if p.general_model > 0.5:
+        a_th, a_ep, a_la = general_accelerations(th, ep, w_th, w_ep, w_la, mu_diff, mu_sum, p)
+    else:
+        a_th, a_ep, a_la = simplified_accelerations(th, ep, w_th, w_ep, w_la, mu_diff, mu_sum, p)
     if mass_position != 0.0:
         a_ep -= (p.ado_offset + p.ado_stiffness * ep) * mass_position
     on_pitch, on_elevation, on_travel = switches

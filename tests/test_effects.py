@@ -79,7 +79,9 @@ def interpreted(V, start, p):
     return np.array(states)
 
 
-@pytest.mark.parametrize("p", [TABLE_2, ALL_ON, ALL_ON._replace(**random_tables())])
+@pytest.mark.parametrize(
+    "p", [TABLE_2, TABLE_2._replace(general_model=1.0), ALL_ON, ALL_ON._replace(general_model=1.0, **random_tables())]
+)
 def test_compiled_record_moves_as_the_interpreted_steps(p):
     V = np.random.default_rng(7).uniform(-5.5, 5.5, (150, 2))
     batch, _ = simulate(V, h, START, p)

@@ -87,6 +87,7 @@ def test_every_unit_of_the_open_loop_shows_what_the_library_gives_and_results_re
     {"effects.dry_friction.pitch": 0.02, "effects.quadratic_thrust.rotors": 0.1},
     {"effects.input_delay.rotors": 0.034, "motor.time_constant": 0.05},
     {"effects.arm_bending.elevation": 0.02, "effects.moving_mass.elevation": 0.1},
+    pytest.param({"general.enabled": 1.0}, marks=pytest.mark.slow),
     {"encoder.enabled": True},
 ], ids=lambda effects: next(iter(effects)))  # fmt: skip
 def test_a_corrected_plant_under_a_log_is_the_offline_plant(ran, log, effects):

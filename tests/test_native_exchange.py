@@ -61,7 +61,8 @@ def reference(parameters):
     return np.linspace(0.0, DURATION, len(rows)), rows[:, :6]
 
 
-@pytest.mark.parametrize("parameters", [{}, EFFECTS, STEPPING_MASS], ids=["plain", "effects", "a law that steps"])
+@pytest.mark.parametrize("parameters", [{}, EFFECTS, STEPPING_MASS, {"general.enabled": 1.0}],
+                         ids=["plain", "effects", "a law that steps", "general model"])  # fmt: skip
 def test_an_importers_solver_finds_the_solution_of_the_differential_equation(unit, parameters):
     """CVode keeps the error of a step to twice the tolerance (nominal values of 1), over some hundred steps to 1000
     times as much; a tighter tolerance must show it."""

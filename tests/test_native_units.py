@@ -47,7 +47,7 @@ ORDERS = {
         order(parameters, {**VOLTAGES, "mass_position": [-0.2, 0.2]}, 600, 2e-4, 0.03)
         for parameters in (
             {**ALL_ON, "encoder.enabled": True, "solver.step": 0.003},
-            {**ALL_ON, "effects.input_delay.rotors": 0.07},
+            {**ALL_ON, "general.enabled": 1.0, "effects.input_delay.rotors": 0.07},
             {"effects.arm_bending.elevation": 0.02, "effects.input_delay.rotors": 0.013, "motor.time_constant": 0.0},
             {BY_FIELD[field].name: value for field, value in random_tables().items()},
             {"effects.moving_mass.elevation": 0.1, "effects.moving_mass.step_time": 2.0,

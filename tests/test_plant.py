@@ -24,7 +24,7 @@ SMOOTH = TABLE_2._replace(
     inertial_coupling_elevation=1.0, inertial_coupling_travel=1.0, ground_effect_elevation=0.3,
     cable_stiffness_travel=0.02, large_angle_gravity_elevation=1.0, arm_bending_elevation=0.004,
 )  # fmt: skip
-MODELS = {"simplified": TABLE_2, "effects": SMOOTH}
+MODELS = {"simplified": TABLE_2, "general": TABLE_2._replace(general_model=1.0), "effects": SMOOTH}
 voltage, H = st.floats(-20.0, 20.0), 0.01
 
 

@@ -177,6 +177,7 @@ def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate])
         group, _, name = parameter.name.partition(".")
         used = {
             "effects": parameter.field in on,
+            "general": parameters.general_model > 0.5,
             "table": group == "table" and getattr(parameters, f"table_variable_{name.partition('.')[0]}") > 0.5,
         }
         if used.get(group, True):
