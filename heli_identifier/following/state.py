@@ -4,7 +4,7 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from .changes import Vector
-from .cusum import NOTHING, Finding, Inflation, Projection
+from .cusum import NOTHING, Finding, Projection
 from .evidence import Baseline, Block, Noise, Sums
 from .observer import Encoder, Observer
 from .plan import FollowPlan, Twin
@@ -105,7 +105,6 @@ class CorrectorState(NamedTuple):
     sums: tuple[Sums, ...]
     noises: tuple[Noise, ...]
     baseline: Baseline
-    inflations: tuple[Inflation, ...]
     samples: int = 0
     waiting: int = 0
     changed_at: int = 0

@@ -7,9 +7,7 @@
 On trial a rival twin that has the change runs beside the twin in use for a window, which begins after the change was
 estimated: its errors 1 s ahead are out of sample for both. After an adoption the values before are the rival.
 
-Size and name are estimated from the blocks that begin two after the change, the same ones for all changes. Their sums
-along the direction of a change are divided by its variance inflation factor, or by one mean factor where changes are
-compared.
+Size and name are estimated from the blocks that begin two after the change, the same ones for all changes.
 """
 
 from math import sqrt
@@ -61,11 +59,9 @@ def judge_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
 def _update_cusums(state: CorrectorState, plan: FollowPlan) -> tuple[CorrectorState, int]:
     """Return the state with its alarm, and the longest run above zero of a CUSUM that exceeds its threshold, else 0."""
     alarm, longest = 0.0, 0
-    for change, kappa, blocks in zip(plan.changes, state.inflations, zip(*state.tested, strict=True), strict=True):
-        limit = plan.threshold
-        if kappa.blocks > 0.0:
-            information = change.size * change.size * kappa.information / (kappa.blocks * kappa.factor)
-            limit = siegmund_threshold(limit, information)
+    for change, blocks in zip(plan.changes, zip(*state.tested, strict=True), strict=True):
+        mean = total([block.information for block in blocks]) / len(blocks)
+        limit = siegmund_threshold(plan.threshold, change.size * change.size * mean)
         for height, run in (cusum_statistic(blocks, change.size), cusum_statistic(blocks, -change.size)):
             alarm = max(alarm, height / limit)
             longest = max(longest, run if height > limit else 0)
@@ -201,25 +197,23 @@ def sum_blocks(state: CorrectorState, number: int, count: int, plan: FollowPlan)
 
 
 def estimate_change(
-    state: CorrectorState, number: int, count: int, plan: FollowPlan, all_blocks: bool = True, share: float = 0.0
+    state: CorrectorState, number: int, count: int, plan: FollowPlan, all_blocks: bool = True
 ) -> Finding:
     """Return the change ``number`` as estimated from the last ``count`` blocks, or NOTHING.
 
-    If not from ``all_blocks``, it is estimated from as many of the last ones as make it likeliest. The sums count with
-    a ``share``, by default one over the change's own variance inflation factor.
+    If not from ``all_blocks``, it is estimated from as many of the last ones as make it likeliest.
     """
-    change, share = plan.changes[number], share or 1.0 / state.inflations[number].factor
+    change = plan.changes[number]
     bounds = change.bounds(state.twin.values)
     sums = list(enumerate(sum_blocks(state, number, count, plan), 1))
     chosen = sums[-1:] if all_blocks else sums
-    findings = [judge_size(number, n, share * b, share * r, change.size, bounds) for n, (b, r) in chosen]
+    findings = [judge_size(number, n, b, r, change.size, bounds) for n, (b, r) in chosen]
     return max([one for one in findings if one.change >= 0], key=lambda one: one.log_bayes, default=NOTHING)
 
 
 def rank_changes(state: CorrectorState, count: int, plan: FollowPlan, all_blocks: bool = True) -> list[Finding]:
     """Return every possible change, the likeliest first, estimated as by :func:`estimate_change`."""
-    share = len(plan.changes) / total([inflation.factor for inflation in state.inflations])
-    findings = [estimate_change(state, number, count, plan, all_blocks, share) for number in range(len(plan.changes))]
+    findings = [estimate_change(state, number, count, plan, all_blocks) for number in range(len(plan.changes))]
     return sorted([one for one in findings if one.change >= 0], key=lambda one: one.log_bayes, reverse=True)
 
 
@@ -241,8 +235,7 @@ def refine_size(state: CorrectorState, finding: Finding, plan: FollowPlan) -> Fi
         return finding
     lower, upper = plan.changes[finding.change].bounds(state.twin.values)
     size = min(max(response / information, lower), upper)
-    error = sqrt(state.inflations[finding.change].factor / information)
-    return finding._replace(blocks=count, size=size, standard_error=error)
+    return finding._replace(blocks=count, size=size, standard_error=1.0 / sqrt(information))
 
 
 def add_event(state: CorrectorState, why: str, plan: FollowPlan, finding: Finding = NOTHING) -> CorrectorState:
