@@ -220,7 +220,7 @@ def test_values_that_predict_worse_than_those_before_are_taken_back():
     after, new_events = continue_flight(state._replace(twin=before, rival=(state.twin,)), k + 1)
     assert [(one.what, one.why) for one in new_events] == [REASONS["worse"]]
     assert (after.mode, after.twin) == ("following", state.twin)
-    back = take_back(state, PLAN.alone.values, "worse", PLAN)
+    back = take_back(state, PLAN)
     assert any(state.errors) and not any(back.errors), "values that were given have no standard error"
 
 

@@ -25,9 +25,6 @@ REASONS = {
     "undetermined": ("held", "the motion since the alarm does not determine the change; more excitation is needed"),
     "off": ("held", "corrections are switched off"),
     "worse": ("rolled back", f"{_AHEAD} are worse than with the values before the change"),
-    "worse than alone": (
-        "rolled back", f"{_AHEAD} are worse than those of the twin that was left alone; its values are taken again",
-    ),
     "stopped": ("stream", "nothing has come in for more than 0.2 s; corrections pause"),
     "frozen": ("stream", "an encoder stands still although the rig moves; corrections pause"),
     "back": ("stream", "samples come in again"),
