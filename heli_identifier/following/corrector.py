@@ -61,10 +61,10 @@ def _pass_instant(state: CorrectorState, sample: Sample, stopped: bool, plan: Fo
     observer, arrived = state.observer.advance(voltages, time, has_sample or suspended, state.twin, plan)
     deviations, encoders, broken = observer.deviations(plan), state.encoders, suspended or stopped
     if has_sample:
-        scatter = [a * b for a, b in zip(deviations, state.noise, strict=True)]
-        readings = zip(encoders, angles, observer.memory.state[3:6], scatter, strict=True)
-        encoders = tuple([encoder.read(angle, rate, one, plan) for encoder, angle, rate, one in readings])
-        broken = any([encoder.is_at_fault(one, plan) for encoder, one in zip(encoders, scatter, strict=True)])
+        readings = zip(encoders, angles, observer.memory.state[3:6], strict=True)
+        encoders = tuple([encoder.read(angle, rate, plan) for encoder, angle, rate in readings])
+        scatter = zip(encoders, deviations, state.noise, strict=True)
+        broken = any([encoder.is_at_fault(a * b, plan) for encoder, a, b in scatter])
     fresh = has_sample and not broken
     front, rear = state.predictions.arrived
     predictions = state.predictions._replace(arrived=(front + arrived[0], rear + arrived[1]), compared=False)

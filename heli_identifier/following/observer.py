@@ -38,10 +38,9 @@ Voltages = tuple[float, float]
 Sensitivity = tuple[tuple[float, float, float], ...]
 """(x, w, d) of each regressor of an axis: errors of angle [rad], rate [rad/s] and torque [rad/s^2] per unit."""
 
-_FAULT_PATH, _FAULT_PATH_NOISE, _DOUBT_PATH_NOISE, _LATE_NOISE = 15e-3, 8.0, 2.0, 4.0
+_FAULT_PATH, _FAULT_PATH_NOISE, _DOUBT_PATH_NOISE = 15e-3, 8.0, 2.0
 """An encoder that stands still is at fault when the rig should have moved by more than the larger of two paths: [rad],
-ten counts of 4096, and in standard deviations of the innovations [1]. It is doubtful from the third path on [1]. If it
-ends a standstill with a jump beyond the last one [1], the axis had moved before and the observer is off."""
+ten counts of 4096, and in standard deviations of the innovations [1]. It is doubtful from the third path on [1]."""
 
 
 class Observer(NamedTuple):
@@ -122,8 +121,8 @@ class Encoder(NamedTuple):
     """One encoder.
 
     Its last ``angle`` [rad]; number of samples for which it has stood ``still``, and the ``rate`` [rad/s] of the
-    observer when it stopped; ``jump`` with which it has just ended half a second of standstill [rad]; ``unsettled``:
-    samples until the observer has settled after a jump.
+    observer when it stopped; ``unsettled``: samples until the observer has settled after half a second of standstill;
+    ``jump`` with which it has just ended such a standstill [rad].
     """
 
     angle: float
@@ -132,21 +131,17 @@ class Encoder(NamedTuple):
     unsettled: int = 0
     jump: float = 0.0
 
-    def read(self, angle: float, rate: float, deviation: float, plan: FollowPlan) -> "Encoder":
-        """Return the encoder after its ``angle`` [rad], the observer at a ``rate`` [rad/s].
-
-        ``deviation`` of the innovations [rad].
-        """
+    def read(self, angle: float, rate: float, plan: FollowPlan) -> "Encoder":
+        """Return the encoder after a sample of its ``angle`` [rad], the observer at a ``rate`` [rad/s]."""
         unsettled = max(0, self.unsettled - 1)
         if angle == self.angle:
             return Encoder(angle, self.still + 1, self.rate if self.still else rate, unsettled)
         if self.still < plan.stuck:
             return Encoder(angle, unsettled=unsettled)
-        jump = abs(angle - self.angle)
-        return Encoder(angle, unsettled=plan.settling if jump > _LATE_NOISE * deviation else unsettled, jump=jump)
+        return Encoder(angle, unsettled=plan.settling, jump=abs(angle - self.angle))
 
     def is_ignored(self, plan: FollowPlan) -> bool:
-        """Return whether its angle is ignored: it stands, or stood until recently while the axis moved."""
+        """Return whether its angle is ignored: it stands, or stood until recently."""
         return self.still >= plan.stuck or self.unsettled > 0
 
     def path(self, plan: FollowPlan) -> float:
