@@ -23,6 +23,7 @@ from pathlib import Path, PurePosixPath
 from heli_identifier.processes import undo_at_end
 
 _PREFIX = ".heli-draft-"  # of the names of drafts
+_OUTPUT = Path("/dev/stdout")
 
 LARGEST_ARCHIVE = 2_000_000_000
 """Bytes that an archive may hold unpacked. The largest FMUs, with tables in them, have some hundred megabytes."""
@@ -47,31 +48,26 @@ def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
     target = Path(path)
     data = content.encode("utf-8", "replace") if isinstance(content, str) else content
     try:
-        present, is_output = None, False
-        with suppress(FileNotFoundError, NotADirectoryError):
-            present = target.stat()  # follows links; a link to itself is an error
-        with suppress(OSError):  # standard output may be closed
-            is_output = present is not None and os.path.samestat(present, os.fstat(1))
-        if present is None or (stat.S_ISREG(present.st_mode) and not is_output):
-            _replace(Path(os.path.realpath(target)), present, data)
-        else:
+        if (is_output := target == _OUTPUT) or (target.exists() and not target.is_file()):
             # `-o /dev/stdout >> FILE` must keep the content of FILE
             with open(os.dup(1) if is_output else target, "wb") as file:
                 file.write(data)
+        else:
+            _replace(Path(os.path.realpath(target)), data)
     except OSError as error:
         # The error of a write, such as a full disk, names no file, and that of a draft names the draft.
         raise OSError(error.errno, error.strerror, str(path)) from error
     return target
 
 
-def _replace(target: Path, present: os.stat_result | None, data: bytes) -> None:
+def _replace(target: Path, data: bytes) -> None:
     """Write a draft in the same folder, because a rename is atomic only within one file system, and rename it."""
     target.parent.mkdir(parents=True, exist_ok=True)
     with draft_folder(target.parent) as folder:
         draft = folder / "draft"
         draft.write_bytes(data)
-        if present is not None:
-            draft.chmod(stat.S_IMODE(present.st_mode))
+        if target.exists():
+            draft.chmod(stat.S_IMODE(target.stat().st_mode))
         draft.replace(target)
 
 

@@ -14,7 +14,6 @@ import os
 import pickle
 import signal
 import sys
-import sysconfig
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -161,16 +160,13 @@ def _answer() -> NoReturn:
 
 
 def _python_command(code: str, *arguments: str) -> list[str]:
-    """Return the command that runs ``code`` in another Python with the same module search path.
+    """Return the command that runs ``code`` in another Python, which finds this package where this one found it.
 
-    The working folder and that of the user's script are left out, because a file there may have the name of a module;
-    but not a folder of Python's own or of this package.
+    The working folder and that of the user's script are no places of modules: a file there may have the name of one.
     """
-    kept = {Path(__file__).parents[1].resolve(), *(Path(path).resolve() for path in sysconfig.get_paths().values())}
-    script = getattr(sys.modules["__main__"], "__file__", None) or ""
-    users = {Path(script).resolve().parent, Path.cwd()} - kept
-    folders = [folder for folder in sys.path if folder and Path(folder).resolve() not in users]
-    return [sys.executable, "-P", "-c", f"import sys; sys.path[:] = {folders!r}; {code}", *arguments]
+    place = str(Path(__file__).parents[1])
+    search = f"import sys; {place!r} in sys.path or sys.path.insert(0, {place!r})"
+    return [sys.executable, "-P", "-c", f"{search}; {code}", *arguments]
 
 
 def _end_process(process: "Popen[bytes]") -> None:

@@ -73,7 +73,7 @@ TEXTS = {
     "a row of units in brackets": [",".join(SIGNALS), ",".join(f"[{unit}]" for unit in UNITS), *rows()],
     "Excel's separator": ["sep=;", LINES[0].replace(",", ";"), *rows(separator=";")],
     "a separator at the end of each line": [f"{line}," for line in LINES],
-    "separators at the end of each row, but of the header": [LINES[0], *(f"{line},,," for line in LINES[1:])],
+    "quotation marks around every cell": ['"' + line.replace(",", '","') + '"' for line in LINES],
     "decimal commas beside words": [line.replace(",", ";").replace(".", ",") + ";Köln, West" for line in LINES],
     "plain words in capitals": [
         "Time [sec],V Front (Volt),V-Rear (volts),Pitch (radians),Elevation [Rad],Travel [RAD]", *rows(),
@@ -91,7 +91,7 @@ TEXTS = {
 
 
 FORMATS = {
-    "a LabVIEW measurement": LogFormat(columns={"time": "X_Value"}),
+    "a LabVIEW measurement": LogFormat(columns={"time": "X_Value"}, units=dict(zip(SIGNALS, UNITS, strict=True))),
     "no header": LogFormat(
         columns={name: f"column {index}" for index, name in enumerate(SIGNALS, start=1)},
         units=dict(zip(SIGNALS, UNITS, strict=True)),

@@ -106,16 +106,15 @@ def open_table(path: Path) -> tuple[Table, str]:
 
 def _decompress(data: bytes, path: Path) -> bytes:
     """Return the content of a gzip file of at most :data:`.binary.LARGEST_MB`."""
-    content = bytearray()
+    most = int(1e6 * LARGEST_MB)
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
-            while len(content) <= 1e6 * LARGEST_MB and (piece := file.read(1 << 20)):
-                content += piece
+            content = file.read(most + 1)
     except (OSError, EOFError, zlib.error) as error:
         raise LogError(f"{path} is not readable as gzip ({error}); pack it again.") from error
-    if len(content) > 1e6 * LARGEST_MB:
+    if len(content) > most:
         raise LogError(f"{path} cannot be read: it has more than {LARGEST_MB:g} MB unpacked; cut it.")
-    return bytes(content)
+    return content
 
 
 def _crop(table: Table, column: Column, start: float | None, end: float | None) -> tuple[slice, list[str]]:
