@@ -71,24 +71,19 @@ def test_a_written_log_reads_back_as_it_was(tmp_path_factory, seed, rate_hz):
     assert twin.rate_hz == pytest.approx(rate_hz, rel=1e-12) and twin.notes == ()
 
 
-def test_logs_of_one_name_are_told_apart_by_their_folders_or_numbered(tmp_path):
+def test_logs_of_one_name_are_numbered():
     log = some_log()
     again = records.read_logs([log, replace(log, events=PUSH), replace(log, name="other")])
     assert [own.name for own in again] == ["some", "some (2)", "other"] and again[1].events[0].log == "some (2)"
-    paths = [records.write_log(log, tmp_path / day / "logs" / "run.csv") for day in ("monday", "tuesday")]
-    (seen,), (judge,) = records.read_data_set(paths[:1], paths[1:])
-    assert (seen.name, judge.name) == ("monday/logs/run", "tuesday/logs/run")
 
 
 def test_no_log_may_count_twice_even_under_another_name_or_if_it_is_short(tmp_path):
     first, second, _ = records.demo_files("rig-a")[0]
     copy = shutil.copy(second, tmp_path / "copy.csv")
-    with pytest.raises(LogError, match=r"copy.csv is held out for validation but shares samples with .*train2.csv"):
-        records.check_held_out_is_new(*records.read_data_set([first, second], [copy], end=6.0))
-    with pytest.raises(LogError, match=r"copy.csv is held out .* shares samples with .*train2.csv \(6 s from .*; give"):
-        records.check_held_out_is_new(*records.read_data_set([first], [second, copy], end=6.0))
-    assert len(records.drop_excerpts(records.read_logs([first, second, copy], end=6.0))[0]) == 2
-    records.check_held_out_is_new(records.read_logs(second, end=6.0), records.read_logs(second, start=6.01, end=12.0))
+    with pytest.raises(LogError, match=r"copy.csv shares a flight with .*train2.csv, .*; leave one out"):
+        records.check_flights_differ(records.read_logs([first, second, copy], end=6.0))
+    apart = [records.read_log(second, end=6.0), records.read_log(second, start=6.01, end=12.0)]
+    records.check_flights_differ(apart)
 
 
 COUNT = 2.0 * np.pi / 4096
@@ -145,16 +140,11 @@ COPIES = {
 @pytest.mark.parametrize("done", COPIES)
 def test_a_copy_of_a_flight_is_recognised_whatever_was_done_to_it(done):
     one, other = log_of(RIG.train[2]), log_of(COPIES[done](RIG.train[2]))
-    assert records.find_shared_flight(one, other) is not None
-    assert records.find_shared_flight(other, one) is not None
+    assert records.share_flight(one, other) and records.share_flight(other, one)
 
 
-def test_the_stretch_that_two_logs_share_is_found():
-    """Pieces are 8 s: the stretch is known to that, its place to the sample of the common grid."""
-    samples = RIG.train[2]
-    one, other = log_of(samples[:6000]), log_of(samples[3000:])
-    first, second, length = records.find_shared_flight(one, other)
-    assert first - second == pytest.approx(30.0, abs=0.05) and 22.0 <= length <= 30.0
+def test_logs_of_which_the_end_of_one_is_the_begin_of_the_other_share_a_flight():
+    assert records.share_flight(log_of(RIG.train[2][:6000]), log_of(RIG.train[2][3000:]))
 
 
 def test_flights_of_the_same_voltages_or_under_one_controller_or_at_rest_are_not_one_flight():
@@ -162,32 +152,19 @@ def test_flights_of_the_same_voltages_or_under_one_controller_or_at_rest_are_not
     for samples in (RIG.train[0], RIG.train[2]):
         again = [log_of(simulate_log(RIG.truth, samples[:, 1:3], seed)) for seed in (1, 2)]
         for one, other in combinations([log_of(samples), *again], 2):
-            assert records.find_shared_flight(one, other) is None
+            assert not records.share_flight(one, other)
     # at rest angles are noise alone, in which every recording is like every other one
     logs = windy_logs(windy_rig(501, quiet=True, effects="bare", counts={"a": 4}), "a")
     rng = np.random.default_rng(0)
     logs += [records.Log("rest", 100.0, np.zeros((6000, 2)), rng.normal(0.0, 3e-4, (6000, 3))) for _ in range(2)]
-    assert not any(records.find_shared_flight(one, other) for one, other in combinations(logs, 2))
+    assert not any(records.share_flight(one, other) for one, other in combinations(logs, 2))
 
 
-def test_a_flight_that_is_given_twice_counts_once_and_is_refused_in_two_rigs_of_a_fleet():
-    logs = [log_of(COPIES["cut to 20 s"](RIG.train[2]), "part"), log_of(RIG.train[0]), log_of(RIG.train[2], "whole")]
-    kept, (note,) = records.drop_excerpts(logs)
-    assert kept == (logs[1], logs[2])  # the longer one stays
-    assert note.startswith("part is left out: ") and "the same flight as whole" in note
+def test_a_flight_in_two_rigs_of_a_fleet_is_refused():
     one = Rig((log_of(RIG.train[2], "a"),), (log_of(RIG.held, "b"),))
     other = Rig((log_of(COPIES["noise of two counts added"](RIG.train[2]), "c"),), (log_of(RIG.train[0], "d"),))
     with pytest.raises(IdentifierError, match="rig first: it shares a flight with rig second: a and c are one"):
         diagnose_rigs({"first": one, "second": other})
-
-
-def test_a_held_out_log_that_is_hardly_excited_is_noted():
-    hover = RIG.held * np.array([1.0, 0.0, 0.0, 1.0, 1.0, 1.0]) + np.array([0.0, 1.5, 1.5, 0.0, 0.0, 0.0])
-    training = [log_of(RIG.train[2]), log_of(RIG.train[0])]
-    elevation, pitch = records.excitation_notes(training, [log_of(hover, "hover")])
-    assert "hover is held out and hardly excited" in elevation and "little on the elevation" in elevation
-    assert "pitch and travel" in pitch
-    assert records.excitation_notes(training, [log_of(RIG.held)]) == ()
 
 
 def sampling_of(time):

@@ -172,7 +172,6 @@ def test_a_jittering_time_is_resampled_and_said_to_be(tmp_path):
 
 def test_odd_values_are_accepted_and_pointed_out(tmp_path):
     columns = TRUTH.T.copy()
-    columns[1, :10] = 6.0
     columns[4] = 0.25
     turned = 0.02 * np.arange(1001)  # 20 rad in all, folded into one turn
     columns[5] = (turned + np.pi) % (2.0 * np.pi) - np.pi
@@ -181,9 +180,7 @@ def test_odd_values_are_accepted_and_pointed_out(tmp_path):
     assert np.allclose(log.angles[:, 2], turned, atol=1e-12)
     assert np.allclose(log.references["travel"], turned - 0.1, atol=1e-12)
     assert log.notes[:2] == ("travel unwrapped at 3 jumps of whole turns", "travel_reference taken from the same turns")
-    assert log.notes[2].startswith("v_front exceeds ±5 V in 10 of 1001 samples (up to 6 V)")
-    assert log.notes[3].startswith("elevation never changes")
-    assert read_log(tmp_path / "log.csv", LogFormat(voltage_limit=6.0)).notes == (*log.notes[:2], *log.notes[3:])
+    assert log.notes[2].startswith("elevation never changes")
 
 
 def test_a_last_line_without_a_line_break_may_be_cut_and_is_left_out(tmp_path):

@@ -64,7 +64,7 @@ class LogFormat:
     encoder_counts: tuple[int, int, int] = (4096, 4096, 8192)
     """Counts per turn of the pitch, elevation and travel encoders."""
     voltage_limit: float = bounded(5.0, "V", LOWEST_LIMIT, HIGHEST_VOLTAGE)
-    """Limit of the amplifiers' voltage [V]. A log that exceeds it is read, and a note says so."""
+    """Limit of the amplifiers' voltage [V]. A log that exceeds it is read as it is."""
     clip: bool = False
     """Whether the file holds voltages before the amplifiers limit them; they are then limited on reading."""
 

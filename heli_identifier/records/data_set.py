@@ -1,9 +1,9 @@
 """Several logs of one rig as one data set, for training or held out; and the data sets that come with the package."""
 
-import os
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 from os import PathLike
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from heli_identifier.errors import LogError
 
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
-from .overlap import find_shared_flight
+from .overlap import share_flight
 from .plausibility import STANDING_STILL, why_still
 from .reading import read_log
 from .units import ANGLES
@@ -23,7 +23,6 @@ LogSource = Log | str | PathLike[str]
 
 DEMO_RIGS = ("rig-a", "rig-b", "rig-c")
 _CONSTANT_V = 1e-3  # a voltage that varies by less [V] moves no propeller
-_STILL_SHARE = 0.1  # of the training logs' excitation; below it a log holds a hundredth of their information
 
 
 def read_logs(
@@ -64,16 +63,12 @@ def demo_logs(rig: str) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
 
 
 def _make_names_unique(logs: Sequence[Log]) -> tuple[Log, ...]:
-    """Put folders before equal names of files in different folders, and number names that are still equal."""
+    """Number logs whose names are equal."""
     renamed, count = list[Log](), Counter[str]()
-    folders = {log.path: Path(os.path.realpath(log.path)).parent.parts for log in logs if log.path}
     for log in logs:
-        name, of_name = log.name, [folders[other.path] for other in logs if other.name == log.name and other.path]
-        if log.path:
-            name = "/".join((*folders[log.path][len(os.path.commonprefix(of_name)) :], name))
-        count[name] += 1
-        name = name if count[name] == 1 else f"{name} ({count[name]})"
-        if name != log.name:  # a copy takes as much memory again
+        count[log.name] += 1
+        if (number := count[log.name]) > 1:  # a copy takes as much memory again
+            name = f"{log.name} ({number})"
             log = replace(log, name=name, events=tuple(replace(event, log=name) for event in log.events))
         renamed.append(log)
     return tuple(renamed)
@@ -106,47 +101,14 @@ def check_moving(logs: Sequence[Log]) -> None:
             raise LogError(f"{_path_or_name(log)}: {' and '.join(still)}: {needed}.")
 
 
-def check_held_out_is_new(training: Sequence[Log], held_out: Sequence[Log]) -> None:
-    """Raise a LogError for a held-out log that shares flight with another log: it must be new to the model."""
-    for index, log in enumerate(held_out):
-        for other in (*training, *held_out[:index]):
-            if flight := find_shared_flight(other, log):
-                where = f"{flight[2]:.0f} s from {flight[1]:.0f} s on, there from {flight[0]:.0f} s on"
-                raise LogError(
-                    f"{_path_or_name(log)} is held out for validation but shares samples with {_path_or_name(other)} "
-                    f"({where}); give a log, or a stretch of it, that has no other use."
-                )
-
-
-def drop_excerpts(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
-    """Leave out training logs that share flight with a longer one, such as its excerpts; return a note for each."""
-    kept, notes = list[Log](), list[str]()
-    for log in sorted(training, key=lambda log: -log.duration):
-        for longer in kept:
-            if flight := find_shared_flight(longer, log):
-                notes.append(
-                    f"{_path_or_name(log)} is left out: {flight[2]:.0f} s of it are the same flight as "
-                    f"{_path_or_name(longer)}, and what is counted twice seems twice as certain"
-                )
-                break
-        else:
-            kept.append(log)
-    return tuple(log for log in training if log in kept), tuple(notes)
-
-
-def excitation_notes(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[str, ...]:
-    """Describe the held-out logs whose voltages vary far less than those of the training logs."""
-    notes = []
-    for what, axes, weights in (("sum", "the elevation", (1, 1)), ("difference", "pitch and travel", (1, -1))):
-        usual = float(np.median([(log.voltages @ weights).std() for log in training]))
-        for log in held_out:
-            deviation = float((log.voltages @ weights).std())
-            if deviation < _STILL_SHARE * usual:
-                notes.append(
-                    f"{_path_or_name(log)} is held out and hardly excited: the {what} of its voltages has a standard "
-                    f"deviation of {deviation:.2g} V, that of the training logs {usual:.2g} V. It says little on {axes}"
-                )
-    return tuple(notes)
+def check_flights_differ(logs: Sequence[Log]) -> None:
+    """Raise a LogError for a log that shares flight with another one: it would count twice, or judge what it taught."""
+    for one, other in combinations(logs, 2):
+        if share_flight(one, other):
+            raise LogError(
+                f"{_path_or_name(other)} shares a flight with {_path_or_name(one)}, which would count twice or judge "
+                "what was fitted to it; leave one out, or give a stretch of it that has no other use."
+            )
 
 
 def highest_voltage(logs: Sequence[Log], limit: float) -> tuple[float, tuple[str, ...]]:

@@ -124,38 +124,25 @@ def is_on_grid(values: Array, step: float) -> bool:
 
 
 def check_plausible(columns: Sequence[Column], values: Mapping[str, Array], rate_hz: float, file: str) -> None:
-    """Raise a LogError that names the signals, shape (N,) each in SI and unwrapped, that no rig can reach."""
+    """Raise a LogError that names a signal, shape (N,) each in SI and unwrapped, that no rig can reach."""
     largest = {signal: float(np.abs(samples).max()) for signal, samples in values.items()}
     largest |= dict.fromkeys(COMBINED, max(largest[signal] for signal in VOLTAGES))  # already converted to voltages
     second = max(1, round(rate_hz))  # the travel is unlimited, but slow
     largest["travel"] = float(np.abs(values["travel"][second:] - values["travel"][:-second]).max(initial=0.0))
-    problems, remedies, clip = list[str](), list[str](), ""
     for column in columns:
         signal, unit = column.signal, SI_UNIT[column.signal]
         bound = HIGHEST_VOLTAGE if unit == "V" else POSSIBLE_SPEED if signal == "travel" else POSSIBLE_ANGLE
         if largest[signal] > bound:
             reach = f"{largest[signal]:.4g} {unit}{' within a second' if signal == 'travel' else ''}"
-            problems.append(f"{signal} reaches {reach} when read in {column.unit} (at most {bound:.3g})")
-            others = [f'"{name}"' for name in known_units(signal) if name != column.unit]
-            remedies.append(f"{signal} = {' or '.join(others)}")
-            if unit == "V":
-                clip = "; if these are commands before the amplifiers' limit, set clip = true under [log] there"
-    if problems:
-        raise LogError(
-            f"{file}: {', '.join(problems)}, which no rig can; state the unit, {', '.join(remedies)}, under "
-            f"[log.units] of {HELI_TOML}{clip}."
-        )
+            others = " or ".join(f'"{name}"' for name in known_units(signal) if name != column.unit)
+            clip = "; if these are commands before the amplifiers' limit, set clip = true under [log] there"
+            raise LogError(
+                f"{file}: {signal} reaches {reach} when read in {column.unit} (at most {bound:.3g}), which no rig can; "
+                f"state the unit, {signal} = {others}, under [log.units] of {HELI_TOML}{clip if unit == 'V' else ''}."
+            )
 
 
-def describe_values(voltages: Array, angles: Array, limit: float) -> tuple[str, ...]:
-    """Describe unusual voltages, shape (N, 2), at the amplifiers' ``limit`` [V], and angles [rad], shape (N, 3)."""
-    notes = []
-    for name, size in zip(VOLTAGES, np.abs(voltages).T, strict=True):
-        beyond = int((size > limit * (1.0 + 1e-9)).sum())
-        if beyond:
-            samples = f"in {beyond} of {len(size)} samples (up to {size.max():.3g} V)"
-            notes.append(f"{name} exceeds ±{limit:g} V {samples} and is kept unchanged")
-    for name, values in zip(ANGLES, angles.T, strict=True):
-        if why := why_still(values):
-            notes.append(f"{name} {why}: {STANDING_STILL}")
-    return tuple(notes)
+def describe_still(angles: Array) -> tuple[str, ...]:
+    """Describe the angles [rad], shape (N, 3), that show no motion."""
+    reasons = {axis: why_still(angle) for axis, angle in zip(ANGLES, angles.T, strict=True)}
+    return tuple(f"{axis} {why}: {STANDING_STILL}" for axis, why in reasons.items() if why)
