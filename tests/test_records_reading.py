@@ -195,7 +195,7 @@ def test_a_last_line_without_a_line_break_may_be_cut_and_is_left_out(tmp_path):
 def test_references_are_found_by_name_or_configuration_in_radians_and_are_cut_with_their_log(tmp_path):
     headers, asked = [*CONTRACT_HEADERS, "Elevation Reference [deg]", "wanted [rad]"], np.arange(1001) * 0.01
     path = written(tmp_path, rewritten([*TRUTH.T, asked, asked], headers))
-    log = read_log(path, LogFormat(signs={"elevation": -1}, references={"travel": "wanted"}), start=0.5)
+    log = read_log(path, LogFormat(signs={"elevation": -1}, columns={"travel_reference": "wanted"}), start=0.5)
     np.testing.assert_allclose(log.references["elevation"], -np.radians(asked[50:]), rtol=1e-12)
     np.testing.assert_allclose(log.references["travel"], asked[50:], rtol=1e-12)
     assert len(log.references) == 2

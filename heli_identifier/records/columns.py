@@ -117,8 +117,7 @@ def find_columns(table: Table, format: LogFormat) -> list[Column]:
     has no column or several, that two signals have the same column, that a unit is missing or unknown, or that columns
     differ in length, as vectors of MATLAB can.
     """
-    file, headers = table.file, table.headers
-    names = {**format.columns, **{f"{axis}_reference": name for axis, name in format.references.items()}}
+    file, headers, names = table.file, table.headers, format.columns
     places = {signal: _find_places(signal, names.get(signal), headers) for signal in (*NAMED, *REFERENCES)}
     has_sum = any(signal in names for signal in COMBINED) or (
         all(places[signal] for signal in COMBINED) and not any(places[signal] for signal in VOLTAGES)
@@ -171,7 +170,6 @@ def _describe_missing(
     """Say which columns are missing, which columns the file has, and what to do."""
     texts = [names.get(signal, header(signal)) for signal in missing]
     columns, them = ("column", "it") if len(missing) == 1 else ("columns", "them")
-    section = "[log.references]" if missing[0] in REFERENCES else "[log.columns]"
     unused = [text for index, text in enumerate(headers) if index not in taken]
     proposal = (did_you_mean(texts[0], unused) if len(missing) == 1 else "") or "."
     if not taken:
@@ -180,7 +178,7 @@ def _describe_missing(
     more = f" and {len(headers) - _MOST_HEADERS} more" if len(headers) > _MOST_HEADERS else ""
     return (
         f"{file}: {columns} {', '.join(map(repr, texts))} missing, found {listed}{more}; rename the {columns} or map "
-        f"{them} under {section} of {HELI_TOML}{proposal}"
+        f"{them} under [log.columns] of {HELI_TOML}{proposal}"
     )
 
 

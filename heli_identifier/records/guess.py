@@ -46,7 +46,9 @@ _NAMES = {
 }
 _REFERENCE = r"ref(erence)?|set_?point|desired|command(ed)?|cmd|target|demand|soll"
 """Words for the reference of an axis."""
-_REFERENCES = {axis: rf"({_REFERENCE})_?({_NAMES[axis]})|({_NAMES[axis]})_?({_REFERENCE})" for axis in ANGLES}
+_REFERENCES = {
+    f"{axis}_reference": rf"({_REFERENCE})_?({_NAMES[axis]})|({_NAMES[axis]})_?({_REFERENCE})" for axis in ANGLES
+}
 _COUNTS = (1000, 1024, 1440, 2000, 2048, 2500, 4000, 4096, 5000, 8000, 8192, 10000, 16384, 20000)
 """Usual counts per turn of encoders."""
 _TRAVEL_SURE = 4.0  # score from which the sign of the travel's gain is known
@@ -95,7 +97,6 @@ def guess(path: str | PathLike[str]) -> Guess:
             "and three angles of a rig are not found; name them under [log.columns]: `heli init` writes a heli.toml "
             "with every key explained."
         )
-    columns = {signal: headers[index] for signal, index in ({"time": time} | chosen).items()}
     units, counts, values = {"time": unit}, dict[str, int](), dict[str, Array]()
     for signal, index in chosen.items():
         units[signal], reasons[f"units.{signal}"], count = _guess_unit(signal, headers[index], candidates[index])
@@ -117,14 +118,14 @@ def guess(path: str | PathLike[str]) -> Guess:
     for signal in chosen:
         axis = signal if signal in ANGLES else "pitch" if signal == "v_difference" else "travel"
         share = f"{100.0 * gains.share[ANGLES.index(axis)]:.0f} %"
-        explains = f"the voltages explain {share} of its" if signal in ANGLES else f"explains {share} of the {axis}'s"
-        reasons[f"columns.{signal}"] = f"{explains} acceleration"
-    reasons |= {f"columns.{signal}": f"called {headers[named[signal]]!r}" for signal in columns if signal in named}
+        reasons[f"columns.{signal}"] = f"the voltages explain {share} of the {axis}'s acceleration"
     free = [text if i in candidates and i not in chosen.values() else "" for i, text in enumerate(headers)]
-    references = {axis: headers[index] for axis, index in _find_names(free, _REFERENCES).items()}
-    reasons |= {f"references.{axis}": f"called {text!r}" for axis, text in references.items()}
+    named |= (references := _find_names(free, _REFERENCES))
+    places = {"time": time} | chosen | references
+    reasons |= {f"columns.{signal}": f"called {headers[named[signal]]!r}" for signal in places if signal in named}
+    columns = {signal: headers[index] for signal, index in places.items()}
     encoders = (counts["pitch"], counts["elevation"], counts["travel"])
-    format = LogFormat(columns, units, signs, references, swap, start, None, encoders, clip=clip)
+    format = LogFormat(columns, units, signs, swap, start, None, encoders, clip=clip)
     return Guess(format, reasons, _list_doubts(named, gains))
 
 

@@ -133,7 +133,7 @@ def _describe_guess(guess: "Guess") -> str:
     format = guess.format
     sections = {"rig.encoder_counts": {axis: format.counts_per_turn(axis) for axis in ANGLES}}
     sections["log"] = {key: getattr(format, key) for key in ("start", "swap_rotors", "clip") if key in guess.reasons}
-    sections |= {f"log.{name}": getattr(format, name) for name in ("columns", "units", "references", "signs")}
+    sections |= {f"log.{name}": getattr(format, name) for name in ("columns", "units", "signs")}
     for section, values in sections.items():
         lines += ["", f"[{section}]"] if values else []
         for key, value in values.items():

@@ -46,12 +46,11 @@ def read_log(
     start, end = format.start if start is None else start, format.end if end is None else end
     rows, notes = _crop(table, columns[0], start, end)
     values, notes = _Signals(), [*table.notes, *notes]
-    unasked = {name for axis, name in zip(ANGLES, REFERENCES, strict=True) if axis not in format.references}
     for column in columns:
         try:
             values[column.signal] = table.numbers(column, rows)
         except LogError as error:
-            if column.signal not in unasked:
+            if column.signal not in REFERENCES or column.signal in format.columns:
                 raise
             notes.append(f"{column.signal} is left out: {str(error).rstrip('.')}")
     columns = [column for column in columns if column.signal in values]
@@ -140,7 +139,7 @@ def _apply_signs(values: _Signals, columns: Sequence[Column], format: LogFormat)
     """Convert the signals to the project's signs, clip the voltages if configured, and note all conversions."""
     converted = [column for column in columns if column.unit != SI_UNIT[column.signal]]
     notes = [f"{column.signal} converted from {column.unit} to {SI_UNIT[column.signal]}" for column in converted]
-    if flipped := ", ".join(signal for signal, sign in format.signs.items() if sign < 0):
+    if flipped := ", ".join(column.signal for column in columns if format.signs.get(column.signal, 1) < 0):
         notes.append(f"sign of {flipped} flipped")
     if format.swap_rotors:
         notes.append("front and rear voltage swapped")

@@ -77,7 +77,7 @@ VALUES = (
     Fault("a log of 2 s", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:200], ""])), IDENTIFY, "2 s of log are shorter than 5 s"),
 )  # fmt: skip
 
-STICK = '[log.references]\npitch = "stick"\n'
+STICK = '[log.columns]\npitch_reference = "stick"\n'
 TWO = matlab(monday=as_struct(), tuesday=as_struct())
 COLUMNS = (
     Fault("a .mat with two structs of six signals", TWO, "heli identify log.mat -o out", "'monday.time_s', 'tuesday.time_s'"),
