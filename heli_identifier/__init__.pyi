@@ -20,7 +20,6 @@ __all__ = [
     "linearise",
     "look",
     "read_configuration",
-    "read_data_set",
     "read_log",
     "read_logs",
     "read_parameters",
@@ -35,7 +34,6 @@ from .records import (
     RigConfiguration,
     demo_logs,
     read_configuration,
-    read_data_set,
     read_log,
     read_logs,
 )

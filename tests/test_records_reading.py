@@ -1,8 +1,6 @@
 """Text logs of every accepted shape read as the same record; what is wrong gets one sentence that says where. What a
 laboratory meets most stands in tests/faults/logs.py, through the commands."""
 
-import gzip
-import hashlib
 import io
 
 import numpy as np
@@ -112,14 +110,6 @@ def test_time_stamps_count_from_the_first(tmp_path, stamp):
     lines[70] = "noon," + lines[70].split(",", 1)[1]
     with pytest.raises(LogError, match=r"row 72, column 'time \[s\]': the cell is empty or NaN or no time stamp"):
         read_log(written(tmp_path, [header, *lines]))
-
-
-def test_a_packed_log_of_several_members_reads_as_the_unpacked_one(tmp_path):
-    data = "\n".join([*LINES, ""]).encode()
-    members = gzip.compress(data[:1000]) + gzip.compress(data[1000:])  # as `cat a.gz b.gz` makes them
-    (tmp_path / "log.csv.gz").write_bytes(members)
-    log = read_log(tmp_path / "log.csv.gz")
-    assert same(log) and log.sha256 == hashlib.sha256(members).hexdigest()
 
 
 def test_a_foreign_log_is_read_through_its_configuration(tmp_path):

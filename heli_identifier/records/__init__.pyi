@@ -14,7 +14,6 @@ from .data_set import common_configuration as common_configuration
 from .data_set import demo_files as demo_files
 from .data_set import demo_logs as demo_logs
 from .data_set import highest_voltage as highest_voltage
-from .data_set import read_data_set as read_data_set
 from .data_set import read_logs as read_logs
 from .guess import guess as guess
 from .heli_toml import read_configuration as read_configuration

@@ -1,19 +1,11 @@
-"""Read binary formats: MATLAB, Parquet, TDMS of LabVIEW, MF4 and MDF of measurement systems, and Excel.
+"""Read binary formats: MATLAB, Parquet, TDMS of LabVIEW, MF4 and MDF of measurement systems.
 
-If a file states the unit of a signal, it is added to the name in brackets, as in a header. Of a workbook the sheet with
-the most rows is read, and its rows are treated like the lines of a text file.
+If a file states the unit of a signal, it is added to the name in brackets, as in a header.
 
-| in a MATLAB file | column |
-|---|---|
-| vector ``pitch_rad``, column or row | ``pitch_rad`` |
-| the same in a struct ``run``, to any depth | ``run.pitch_rad`` |
-| matrix ``ans`` with a signal in each row, as Simulink's To File and QUARC write it | ``ans(1,:)``, ``ans(2,:)``, ... |
-| matrix ``log`` with a signal in each column | ``log(:,1)``, ... |
-| element i of an array of structs | ``run(i).pitch_rad`` |
-| struct with a ``label`` and ``values``, as in Simulink's structure with time | ``simout.signals(i).<label>`` |
-| struct with a ``Name`` and ``Data``, as dSPACE writes it | ``run.Y(i).<Name>`` |
-| table or timetable | ``run.<variable>`` |
-
+Columns of a MATLAB file have MATLAB's names: a vector ``pitch_rad``; ``run.pitch_rad`` in a struct, to any depth, or a
+table; ``run(i).pitch_rad`` in element i of an array of structs. A matrix holds a signal in each row, ``ans(1,:)``, as
+Simulink's To File and QUARC write it, or in each column, ``log(:,1)``. A struct with a ``label`` and ``values``
+(Simulink's structure with time) or a ``Name`` and ``Data`` (dSPACE) is called by these: ``simout.signals(i).<label>``.
 Files of version 7.3 (HDF5) and objects (tables) are read by mat-io.
 
 A damaged file can make the library that reads it crash (such as scipy's reader of MATLAB files), run for ever, or ask
@@ -21,7 +13,6 @@ for all memory: zeros compress to a thousandth. So a separate process with limit
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,11 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
-from heli_identifier.files import check_zip, draft_folder
+from heli_identifier.files import draft_folder
 from heli_identifier.processes import NoAnswer, call_apart
 
 from .columns import Table, make_table, with_unit
-from .text import read_text
 
 LARGEST_MB = 1000.0
 """Size up to which a file is read, and unpacked [MB]."""
@@ -64,7 +54,7 @@ def read_binary(data: bytes, ending: str, file: str) -> Table:
 def _read(path: Path, file: str) -> Table:
     kind, package, read = READERS[path.suffix]
     try:
-        content = read(path, file)
+        columns = read(path, file)
     except (LogError, MemoryError):
         raise
     except ImportError as error:
@@ -73,9 +63,7 @@ def _read(path: Path, file: str) -> Table:
     except Exception as error:  # parsers raise errors of any type on a damaged file
         reason = str(error).replace(str(path), file).strip().splitlines() or [type(error).__name__]
         raise LogError(f"{file} is not readable as {kind} ({reason[0][:200]}); save it again.") from error
-    if isinstance(content, Table):
-        return content
-    return make_table(file, [*content], content.values())
+    return make_table(file, [*columns], columns.values())
 
 
 def _read_parquet(path: Path, file: str) -> _Columns:
@@ -113,34 +101,16 @@ def _read_mdf(path: Path, file: str) -> _Columns:
 
     columns: _Columns = {}
     with asammdf.MDF(path) as source:
-        groups = [group.groups for group in source.virtual_groups.values()]
-        for index in max(groups, key=lambda group: sum(len(source.groups[member].channels) for member in group)):
-            for number in range(len(source.groups[index].channels)):
-                if number == source.masters_db.get(index):
-                    continue
-                signal = source.get(group=index, index=number, ignore_invalidation_bits=True)
+        group = max(range(len(source.groups)), key=lambda index: len(source.groups[index].channels))
+        for number in range(len(source.groups[group].channels)):
+            if number != source.masters_db.get(group):
+                signal = source.get(group=group, index=number, ignore_invalidation_bits=True)
                 values, invalid = signal.samples, signal.invalidation_bits
                 columns.setdefault("time [s]", signal.timestamps)
                 columns[with_unit(signal.name, signal.unit)] = (
                     values if invalid is None else np.where(np.asarray(invalid, dtype=bool), np.nan, values)
                 )
     return columns
-
-
-def _read_workbook(path: Path, file: str) -> Table:
-    """Read the sheet of an Excel workbook that has the most rows."""
-    import pandas
-
-    check_zip(path)
-    with path.open("rb") as stream:
-        sheets = pandas.read_excel(
-            stream, sheet_name=None, header=None, dtype=object, na_filter=False, engine="openpyxl"
-        )
-    title, frame = max(sheets.items(), key=lambda sheet: len(sheet[1]))
-    if len(frame) < 3:
-        raise LogError(f"{file} holds no table in any of its sheets ({', '.join(map(repr, sheets))}).")
-    table = read_text(frame.to_csv(sep="\t", header=False, index=False).encode(), file)
-    return table if len(sheets) == 1 else replace(table, notes=(f"sheet {title!r} is read", *table.notes))
 
 
 def _read_matlab(path: Path, file: str) -> _Columns:
@@ -204,9 +174,8 @@ def _list_structs(value: Any) -> list[dict[str, Any]]:
     return [dict(zip(names, row, strict=True)) for row in np.atleast_1d(array).ravel()] if names else []
 
 
-READERS: dict[str, tuple[str, str, Callable[[Path, str], _Columns | Table]]] = {
+READERS: dict[str, tuple[str, str, Callable[[Path, str], _Columns]]] = {
     ".mat": ("a MATLAB file", "mat-io", _read_matlab),
-    ".xlsx": ("an Excel workbook", "openpyxl", _read_workbook),
     ".parquet": ("a Parquet file", "pyarrow", _read_parquet),
     ".tdms": ("a TDMS file", "npTDMS", _read_tdms),
     ".mf4": ("an MDF file", "asammdf", _read_mdf),

@@ -82,7 +82,7 @@ class LogFormat:
         refuse(not are_counts, message)
 
     def to_project_signs(self, signals: Mapping[str, Any]) -> dict[str, Any]:
-        """Convert numbers or arrays, by their signal, to the project's signs, and sum and difference to two voltages."""
+        """Convert numbers or arrays, by their signal, to the project's signs, sum and difference to two voltages."""
         values = {name: value * self.signs.get(name.removesuffix("_reference"), 1) for name, value in signals.items()}
         if "v_sum" in values:
             total, difference = (values.pop(name) for name in COMBINED)

@@ -36,18 +36,6 @@ def read_logs(
     return _make_names_unique([log if isinstance(log, Log) else read_log(log, format, start, end) for log in sources])
 
 
-def read_data_set(
-    training: Sequence[str | PathLike[str]],
-    held_out: Sequence[str | PathLike[str]] = (),
-    format: LogFormat | RigConfiguration = CONTRACT,
-    start: float | None = None,
-    end: float | None = None,
-) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
-    """Read training logs and held-out logs as `read_log` does, with names that are unique among all of them."""
-    logs = read_logs((*training, *held_out), format, start, end)
-    return logs[: len(training)], logs[len(training) :]
-
-
 def demo_files(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     """Return the files of the training logs and of the held-out logs of a demonstration rig, one of `DEMO_RIGS`."""
     if rig not in DEMO_RIGS:
@@ -59,11 +47,13 @@ def demo_files(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
 
 def demo_logs(rig: str) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
     """Read the training logs and the held-out logs of a demonstration rig, one of `DEMO_RIGS`."""
-    return read_data_set(*demo_files(rig))
+    training, held_out = demo_files(rig)
+    logs = read_logs((*training, *held_out))
+    return logs[: len(training)], logs[len(training) :]
 
 
 def _make_names_unique(logs: Sequence[Log]) -> tuple[Log, ...]:
-    """Number logs whose names are equal."""
+    """Append a number to a name that an earlier log has."""
     renamed, count = list[Log](), Counter[str]()
     for log in logs:
         count[log.name] += 1

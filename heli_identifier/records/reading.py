@@ -1,10 +1,7 @@
 """Read a file as a `Log`: find the columns, cut, check, convert and resample, and note every change."""
 
-import gzip
 import hashlib
-import io
 import os
-import zlib
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
@@ -34,10 +31,10 @@ def read_log(
 ) -> Log:
     """Read one log: sampled uniformly, in SI units, with the project's signs; its notes list every change.
 
-    The file at ``path`` is CSV or other text, or by its ending a MATLAB (``.mat``), Excel (``.xlsx``), Parquet, TDMS or
-    MDF file; compressed if it ends in ``.gz``. ``format`` says how the rig writes its logs. ``start`` and ``end``, the
-    first and last instant to read in the file's time [s], override those of ``format``. A LogError says that the file
-    cannot be read or that the log cannot serve identification.
+    The file at ``path`` is CSV or other text, or by its ending a MATLAB (``.mat``), Parquet, TDMS or MDF file.
+    ``format`` says how the rig writes its logs. ``start`` and ``end``, the first and last instant to read in the file's
+    time [s], override those of ``format``. A LogError says that the file cannot be read or that the log cannot serve
+    identification.
     """
     configuration = format if isinstance(format, RigConfiguration) else None
     format = format.format if isinstance(format, RigConfiguration) else format
@@ -96,24 +93,9 @@ def read_log(
 def open_table(path: Path) -> tuple[Table, str]:
     """Read a log as a table, with the SHA-256 of its bytes; a LogError if it is no file, too large or no table."""
     data = read_limited(path, LARGEST_MB, LogError, "; check the path", "name the log files in it", "; cut it")
-    digest, name = hashlib.sha256(data).hexdigest(), path.name.lower()
-    if name.endswith(".gz"):
-        data, name = _decompress(data, path), name.removesuffix(".gz")
-    ending = Path(name).suffix
-    return (read_binary(data, ending, str(path)) if ending in READERS else read_text(data, str(path))), digest
-
-
-def _decompress(data: bytes, path: Path) -> bytes:
-    """Return the content of a gzip file of at most :data:`.binary.LARGEST_MB`."""
-    most = int(1e6 * LARGEST_MB)
-    try:
-        with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
-            content = file.read(most + 1)
-    except (OSError, EOFError, zlib.error) as error:
-        raise LogError(f"{path} is not readable as gzip ({error}); pack it again.") from error
-    if len(content) > most:
-        raise LogError(f"{path} cannot be read: it has more than {LARGEST_MB:g} MB unpacked; cut it.")
-    return content
+    ending, file = path.suffix.lower(), str(path)
+    table = read_binary(data, ending, file) if ending in READERS else read_text(data, file)
+    return table, hashlib.sha256(data).hexdigest()
 
 
 def _crop(table: Table, column: Column, start: float | None, end: float | None) -> tuple[slice, list[str]]:
