@@ -84,8 +84,8 @@ def _decode(data: bytes, file: str) -> str:
     text = text.replace("\r\n", "\n").replace("\r", "\n").replace('"', "")
     if "\0" in text:
         raise LogError(
-            f"{file} is not a table: it holds binary data; give a text file with a header and one row per sample, or one "
-            "of the formats that are known by their ending (.mat, .parquet, .tdms, .mf4). Unpack a packed file."
+            f"{file} is not a table: it holds binary data; give a text file with a header and one row per sample, or "
+            "one of the formats that are known by their ending (.mat, .parquet, .tdms, .mf4). Unpack a packed file."
         )
     if not text.replace("\ufeff", "").strip():
         raise LogError(f"{file} is empty; give a CSV file with a header and one row per sample.")
