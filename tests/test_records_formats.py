@@ -95,7 +95,7 @@ def test_a_file_of_another_program_is_read_with_its_units_and_its_time(tmp_path,
     assert same(read_log(tmp_path / f"log.{ending}"))
     if write is mdf:  # which marks samples that are invalid
         mdf(tmp_path / "bad.mf4", invalid=(5,))
-        with pytest.raises(LogError, match=r"row 6, column 'pitch \[rad\]': the cell is empty or NaN"):
+        with pytest.raises(LogError, match=r"row 6, column 'pitch \[rad\]': the cell holds no finite number"):
             read_log(tmp_path / "bad.mf4")
 
 

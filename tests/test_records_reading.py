@@ -108,7 +108,7 @@ def test_time_stamps_count_from_the_first(tmp_path, stamp):
     lines = [f"{stamp.format(t)},{row.split(',', 1)[1]}" for t, row in zip(TRUTH[:, 0], rows(), strict=True)]
     assert same(read_log(written(tmp_path, [header, *lines])), rtol=1e-12)
     lines[70] = "noon," + lines[70].split(",", 1)[1]
-    with pytest.raises(LogError, match=r"row 72, column 'time \[s\]': the cell is empty or NaN or no time stamp"):
+    with pytest.raises(LogError, match="row 72, .* no finite number and no time stamp"):
         read_log(written(tmp_path, [header, *lines]))
 
 

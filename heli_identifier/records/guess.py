@@ -79,9 +79,7 @@ def guess(path: str | PathLike[str]) -> Guess:
     table, _ = open_table(Path(path))
     headers, reasons = table.headers, dict[str, str]()
     named = _find_names(headers, _NAMES) | _find_names(headers, {signal: signal for signal in _NAMES})
-    numbers = {
-        i: v for i, v in enumerate(table.columns) if v.dtype.kind == "f" and len(v) > 1 and np.isfinite(v).mean() > 0.99
-    }
+    numbers = {i: v for i, v in enumerate(table.columns) if len(v) > 1 and np.isfinite(v).mean() > 0.99}
     time, unit, seconds = _find_time(table, numbers, named.get("time"), reasons)
     rate_hz = 1.0 / float(np.median(np.diff(seconds)))
     check_extent(rate_hz, len(seconds), table.file)

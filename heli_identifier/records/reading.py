@@ -100,7 +100,7 @@ def open_table(path: Path) -> tuple[Table, str]:
 
 def _crop(table: Table, column: Column, start: float | None, end: float | None) -> tuple[slice, list[str]]:
     """Find the rows from the first one at or after `start` to the last one before time exceeds `end`."""
-    time = table.values(column)
+    time = table.columns[column.index] * column.factor
     count, finite = len(time), time[np.isfinite(time)]
     if (start is None and end is None) or not len(finite):
         return slice(0, count), []  # a time column without numbers is reported when its cells are converted

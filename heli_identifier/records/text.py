@@ -99,13 +99,10 @@ def _find_headers(lines: Sequence[str], separator: str) -> tuple[list[str], int]
     numeric = [not comment and _is_data(row) for row, comment in zip(rows, comments, strict=True)]
     data_start = next((i for i in range(len(rows)) if all(numeric[i : i + 3])), 0 if numeric[0] else 1)
     width = len(rows[data_start]) if data_start < len(rows) else 0
-    candidates = [
-        i
-        for i, row in enumerate(rows[:data_start])
-        if not numeric[i] and 2 * sum(bool(cell.strip()) for cell in row) > len(row)
-        # a first line directly above the data is the header whatever its width
-        and (len(row) == width or data_start == 1 and not comments[0])
-    ]
+    is_first = data_start == 1 and not comments[0]  # then it is the header whatever its width
+    filled = [sum(bool(cell.strip()) for cell in row) for row in rows]
+    above = [i for i in range(data_start) if not numeric[i] and 2 * filled[i] > len(rows[i])]
+    candidates = [i for i in above if len(rows[i]) == width or is_first]
     if not candidates:
         return [f"column {index}" for index in range(1, width + 1)], data_start
     header = candidates[-1]

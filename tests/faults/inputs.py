@@ -17,7 +17,7 @@ CONFIGURATIONS = (
     Fault("a configuration that is missing", good, f"{IDENTIFY} --config none.toml", "none.toml does not exist"),
     Fault("a folder for a configuration", good, f"{IDENTIFY} --config .", "it is a folder, a pipe or a device"),
     Fault("a sign of 0", configured("[log.signs]\npitch = 0\n"), IDENTIFY, "voltages and angles take 1 or -1"),
-    Fault("a column without a name", configured('[log.columns]\npitch = ""\n'), IDENTIFY, "column '' missing"),
+    Fault("a column without a name", configured('[log.columns]\npitch = ""\n'), IDENTIFY, "'' missing"),
     Fault("effects as a list", configured("[rig]\neffects = ['dry_friction']\n"), IDENTIFY, "must be a section that begins with [rig.effects]"),
     Fault("an effect without its deviation", friction("0.02"), IDENTIFY, "must be the coefficient and its standard deviation"),
     Fault("a friction that drives", friction("[-0.02, 0.01]"), IDENTIFY, "dry_friction_pitch = -0.02 rad/s^2 must lie in"),
