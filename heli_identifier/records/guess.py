@@ -10,8 +10,7 @@ t and a pair of voltages is scored by the shares of the three accelerations that
 
 The travel counts most: nothing else moves it, so nine tenths or more of it are explained even if a controller has made
 all signals depend on each other. The pair may be front and rear, or sum and difference. Columns that are the derivative
-of another one are no candidates. An encoder measures in steps, so a column with steps is preferred to a reference or an
-estimate of an angle.
+of another one are no candidates. An encoder measures in steps: where three columns have steps, the angles are among these.
 """
 
 import re
@@ -57,7 +56,6 @@ _MOST_COLUMNS = 24  # that are searched; the work grows with the fourth power of
 _LARGEST = 1e9  # to which values are clipped; a column may hold anything
 _STEPS = (1.0 / 2100.0, 1.0 / 45.0)  # range of sampling intervals [s] in which a unit of the time is probable
 _FRONT_REAR_BONUS = 0.05  # by which front and rear are preferred to sum and difference if a file holds both
-_ENCODER_BONUS = 0.3  # by which an angle with the steps of an encoder is preferred
 _MIRRORED = (
     "which rotor is the front one cannot be seen where no column is called so: its mirror image, with the rotors "
     "exchanged (swap_rotors = true) and pitch and travel of the other sign, fits this log as well; and a file may hold "
@@ -179,8 +177,8 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
     known = {signal: [indices.index(index)] for signal, index in named.items() if index in candidates}
     excluded = response.find_derivatives(signals) | {place for (place,) in known.values()}
     free = [i for i, extent in enumerate(np.ptp(values, axis=0)) if extent > 0.0 and i not in excluded]
-    bonus = [_ENCODER_BONUS * (quantisation_step(column) > 0.0) for column in columns.T]
-    measured = [i for i in free if bonus[i]]  # by encoders; a reference or an estimate of an angle is smooth
+    # by encoders; a reference or an estimate of an angle is smooth
+    measured = [i for i in free if quantisation_step(columns[:, i]) > 0.0]
     options = dict.fromkeys((*VOLTAGES, *COMBINED), free)
     options |= dict.fromkeys(ANGLES, measured if len(measured) >= len(ANGLES) else free) | known
     count = {kind: len(known.keys() & {*kind}) for kind in (VOLTAGES, COMBINED)}
@@ -193,12 +191,12 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
     v, w = values[:, first], values[:, second]
     total, difference = np.where(is_front_rear, v + w, v), np.where(is_front_rear, v - w, w)
     by_total, by_difference = (response.filter_columns(v, step).value for v in (total, difference))
-    elevation = {e: fit_gains(signals, e, by_total).share + bonus[e] for e in options["elevation"]}
+    elevation = {e: fit_gains(signals, e, by_total).share for e in options["elevation"]}
     best, chosen = 0.0, dict[str, int]()
     for p in options["pitch"]:
         by_thrust = response.filter_columns(total * np.sin(factors[p] * angles[:, [p]]), step).value
-        pitch = fit_gains(signals, p, by_difference).share + bonus[p] + _FRONT_REAR_BONUS * is_front_rear
-        travel = {t: 2.0 * fit_gains(signals, t, by_thrust).share + bonus[t] for t in options["travel"]}
+        pitch = fit_gains(signals, p, by_difference).share + _FRONT_REAR_BONUS * is_front_rear
+        travel = {t: 2.0 * fit_gains(signals, t, by_thrust).share for t in options["travel"]}
         for e, t in product(elevation, travel):
             is_other = ~np.isin(np.transpose((first, second)), (p, e, t)).any(axis=1)
             score = np.where(is_other, pitch + elevation[e] + travel[t], -np.inf)
