@@ -30,8 +30,7 @@ LARGEST_MB = 1000.0
 
 PATIENCE, PATIENCE_PER_MB, MEMORY = 30.0, 3.0, 8_000_000_000
 """Longest time that a reader may take [s], and its growth with the size of the file [s/MB]: some 30 times what readers
-need, because a busy machine or a slow disk is no defect. Memory that the reader may take beyond that of its process
-[bytes]; not limited on Windows."""
+need, because a busy machine or a slow disk is no defect. Memory of its process [bytes]; not limited on Windows."""
 
 _MOST_SIGNALS = 200  # in a matrix; a matrix with more rows and more columns is no log
 _FEWEST_SAMPLES = 100  # in a matrix; one with fewer rows and fewer columns holds gains or the like

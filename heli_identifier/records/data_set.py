@@ -14,7 +14,6 @@ from heli_identifier.errors import LogError
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
 from .overlap import share_flight
-from .plausibility import STANDING_STILL, why_still
 from .reading import read_log
 from .units import ANGLES
 
@@ -22,6 +21,10 @@ LogSource = Log | str | PathLike[str]
 """A log, or the file of one with the default columns; `read_log` reads others."""
 
 DEMO_RIGS = ("rig-a", "rig-b", "rig-c")
+LEAST_MOTION = 4e-3
+"""Least range of an angle that moves [rad]: an encoder of 4096 counts at rest flickers over two counts of 1.5e-3 rad,
+and a rig that hovers quietly moves further."""
+
 _CONSTANT_V = 1e-3  # a voltage that varies by less [V] moves no propeller
 
 
@@ -85,10 +88,14 @@ def check_excitation(logs: Sequence[Log]) -> None:
 def check_moving(logs: Sequence[Log]) -> None:
     """Raise a LogError for a log in which an axis stands still: it cannot judge a model of three free axes."""
     for log in logs:
-        still = [f"{axis} {why}" for axis, angle in zip(ANGLES, log.angles.T, strict=True) if (why := why_still(angle))]
-        if still:
-            needed = f"{STANDING_STILL}, and a diagnosis needs all three axes to move; leave the log out"
-            raise LogError(f"{_path_or_name(log)}: {' and '.join(still)}: {needed}.")
+        for axis, extent in zip(ANGLES, np.ptp(log.angles, axis=0), strict=True):
+            if extent < LEAST_MOTION:
+                moves = f"moves by {extent:.2g} rad in all, no more than an encoder flickers"
+                raise LogError(
+                    f"{_path_or_name(log)}: {axis} {moves if extent else 'never changes'}: a clamped axis or a dead "
+                    "encoder tells nothing about itself, and a diagnosis needs all three axes to move; leave the log "
+                    "out."
+                )
 
 
 def check_flights_differ(logs: Sequence[Log]) -> None:

@@ -10,7 +10,7 @@ t and a pair of voltages is scored by the shares of the three accelerations that
 
 The travel counts most: nothing else moves it, so nine tenths or more of it are explained even if a controller has made
 all signals depend on each other. The pair may be front and rear, or sum and difference. Columns that are the derivative
-of another one are no candidates. An encoder measures in steps: where three columns have steps, the angles are among these.
+of another one are no candidates. If three columns have steps, as encoders make them, the angles are among these.
 """
 
 import re

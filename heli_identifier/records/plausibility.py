@@ -18,15 +18,10 @@ from heli_identifier.errors import HELI_TOML, LogError
 
 from .columns import Array, Column
 from .configuration import HIGHEST_VOLTAGE
-from .units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
+from .units import COMBINED, SI_UNIT, VOLTAGES, known_units
 
 POSSIBLE_ANGLE = np.pi  # of pitch or elevation either way [rad], twice what mechanics allow
 POSSIBLE_SPEED = 4.0 * np.pi  # largest travel within a second [rad/s]
-STANDING_STILL = "a clamped axis or a dead encoder tells nothing about itself"
-
-LEAST_MOTION = 4e-3
-"""Least range of an angle that moves [rad]: an encoder of 4096 counts at rest flickers over two counts of 1.5e-3 rad,
-and a rig that hovers quietly moves further."""
 
 FEWEST_CHANGES = 20  # of a signal whose steps can be found: values set by hand change less often
 MOST_STEPS = 50  # in a usual change: 16384 counts a turn at 1 rad/s and 50 Hz; fine digits mostly give more
@@ -87,14 +82,6 @@ def whole_turns(angle: Array) -> float:
     return _TURN * float(np.round(np.median(angle / _TURN)))
 
 
-def why_still(angle: Array) -> str | None:
-    """Say why an angle, shape (N,) [rad], shows no motion; None if it moves."""
-    extent = float(np.ptp(angle))
-    if extent == 0.0:
-        return "never changes"
-    return f"moves by {extent:.2g} rad in all, no more than an encoder flickers" if extent < LEAST_MOTION else None
-
-
 def quantisation_step(values: Array) -> float:
     """Find the step of the coarsest grid on which the values of a signal, shape (N,), lie; 0 if there is none.
 
@@ -140,9 +127,3 @@ def check_plausible(columns: Sequence[Column], values: Mapping[str, Array], rate
                 f"{file}: {signal} reaches {reach} when read in {column.unit} (at most {bound:.3g}), which no rig can; "
                 f"state the unit, {signal} = {others}, under [log.units] of {HELI_TOML}{clip if unit == 'V' else ''}."
             )
-
-
-def describe_still(angles: Array) -> tuple[str, ...]:
-    """Describe the angles [rad], shape (N, 3), that show no motion."""
-    reasons = {axis: why_still(angle) for axis, angle in zip(ANGLES, angles.T, strict=True)}
-    return tuple(f"{axis} {why}: {STANDING_STILL}" for axis, why in reasons.items() if why)

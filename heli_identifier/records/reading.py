@@ -15,7 +15,7 @@ from .binary import LARGEST_MB, READERS, read_binary
 from .columns import Array, Column, Table, find_columns
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
-from .plausibility import check_plausible, describe_still, unwrap_angle, whole_turns
+from .plausibility import check_plausible, unwrap_angle, whole_turns
 from .text import read_text
 from .timing import find_sampling, mean_of_held
 from .units import ANGLES, COMBINED, REFERENCES, SI_UNIT, VOLTAGES
@@ -84,7 +84,7 @@ def read_log(
         voltages=voltages,
         angles=angles,
         references={axis: values[name] for axis, name in zip(ANGLES, REFERENCES, strict=True) if name in values},
-        notes=(*notes, *describe_still(angles)),
+        notes=tuple(notes),
         start=float(time[0]),
         configuration=configuration,
     )
