@@ -102,7 +102,7 @@ def test_a_text_with_lines_above_its_table_reads_as_the_table(tmp_path, case):
     assert same(read_log(written(tmp_path, TEXTS[case]), FORMATS.get(case, LogFormat())))
 
 
-@pytest.mark.parametrize("stamp", ["2026-03-01T12:00:{:06.3f}", "2026-03-01 12:00:{:06.3f}+01:00", "12:00:{:06.3f}"])
+@pytest.mark.parametrize("stamp", ["2026-03-01T12:00:{:06.3f}", "2026-03-01 12:00:{:06.3f}+01:00"])
 def test_time_stamps_count_from_the_first(tmp_path, stamp):
     header = ",".join(["time", *CONTRACT_HEADERS[1:]])
     lines = [f"{stamp.format(t)},{row.split(',', 1)[1]}" for t, row in zip(TRUTH[:, 0], rows(), strict=True)]

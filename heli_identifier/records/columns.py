@@ -71,32 +71,23 @@ def make_table(
     file: str, headers: Sequence[str], columns: Iterable[Any], first_row: int = 1, notes: tuple[str, ...] = ()
 ) -> Table:
     """Make a table of columns, shape (N,) each; one of time stamps gets the unit s."""
-    titles, arrays = list(headers), list[Array]()
-    for index, values in enumerate(columns):
-        cells = np.asarray(values)
-        if (seconds := _read_stamps(cells)) is not None:
-            titles[index], cells = with_unit(titles[index], "s"), seconds
-        elif cells.dtype.kind not in "iuf":
-            import pandas
-
-            cells = pandas.to_numeric(pandas.Series(cells).astype(str), errors="coerce").to_numpy()
-        arrays.append(cells.astype(float, copy=False))
-    return Table(file, tuple(titles), tuple(arrays), first_row, notes)
+    cells = [_read_cells(np.asarray(values)) for values in columns]
+    titles = [with_unit(header, unit) for header, (_, unit) in zip(headers, cells, strict=True)]
+    return Table(file, tuple(titles), tuple(numbers for numbers, _ in cells), first_row, notes)
 
 
-def _read_stamps(cells: NDArray[Any]) -> Array | None:
-    """Convert time stamps, shape (N,), to seconds since the first one, others to NaN; None if the first one is none."""
-    first = str(cells[0]).strip() if len(cells) else ""
-    if cells.dtype.kind != "M" and ":" not in first:
-        return None
+def _read_cells(cells: NDArray[Any]) -> tuple[Array, str]:
+    """Convert cells, shape (N,), to numbers, others to NaN; or time stamps to seconds since the first one, unit s."""
+    if cells.dtype.kind in "iuf":
+        return cells.astype(float, copy=False), ""
     import pandas
 
-    stamps = pandas.Series(cells)
-    if cells.dtype.kind != "M":
-        day = "" if "-" in first else "2000-01-01T"  # completes a time of day without a date
-        stamps = pandas.to_datetime(day + stamps.astype(str).str.strip(), format="ISO8601", errors="coerce", utc=True)
-    seconds = (stamps - stamps.iloc[0]).dt.total_seconds().to_numpy(dtype=float)
-    return seconds if np.isfinite(seconds[0]) else None
+    texts = pandas.Series(cells).astype(str).str.strip()
+    numbers = pandas.to_numeric(texts, errors="coerce").to_numpy(dtype=float)
+    stamps = pandas.to_datetime(texts, format="ISO8601", errors="coerce", utc=True)
+    if np.isnan(numbers[:1]).any() and stamps[:1].notna().any():
+        return (stamps - stamps[0]).dt.total_seconds().to_numpy(dtype=float), "s"
+    return numbers, ""
 
 
 def find_columns(table: Table, format: LogFormat) -> list[Column]:
