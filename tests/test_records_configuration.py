@@ -86,7 +86,7 @@ LAYOUTS = {
         [*angles(), *REFERENCES, DIFFERENCE, SUM, FRONT, REAR], {"v_front": 12, "v_rear": 13}, "rad", {}, False,
     ),
     "nine rows in degrees, with v_sum": ([*angles(np.degrees(1.0)), DIFFERENCE, SUM], COMBINED, "deg", {}, False),
-    "nine rows, the difference reversed": ([*angles(), -DIFFERENCE, SUM], COMBINED, "rad", {"v_difference": -1}, False),
+    "nine rows, the difference reversed": ([*angles(), -DIFFERENCE, SUM], COMBINED, "rad", {}, True),
     "smooth estimates of the angles behind the measured ones": (
         [*angles(), FRONT, REAR, *(np.convolve(x, np.ones(9) / 9) for x in TRUE.angles[:-8].T)], BOTH, "rad", {}, False,
     ),

@@ -1,7 +1,7 @@
 """Guess what an unknown log holds: its columns, units and signs, each with the reason.
 
 An unambiguous name decides. The time is the column that increases evenly. The unit of an angle follows from the size of
-its steps, which are those of an encoder, from jumps by a turn, or from its range.
+its steps, which are those of an encoder, or from its range.
 
 If columns have no names, as in the unnamed matrices of Simulink and QUARC, every choice of pitch p, elevation e, travel
 t and a pair of voltages is scored by the shares of the three accelerations that the voltages explain (`response`),
@@ -103,14 +103,12 @@ def guess(path: str | PathLike[str]) -> Guess:
     limit = CONTRACT.voltage_limit
     highest = float(np.abs(voltages).max())
     if clip := highest > 1.001 * limit:
-        reasons["clip"] = (
-            f"the voltages exceed {limit:g} V, so they are taken for commands before the amplifiers limit them; if the "
-            f"motors got them, set voltage_limit = {np.ceil(highest):g} under [rig] and take this away"
-        )
+        instead = f"if the motors got them, set voltage_limit = {np.ceil(highest):g} under [rig] instead"
+        reasons["clip"] = f"the voltages exceed {limit:g} V, as commands before the amplifiers' limit do; {instead}"
     start = _find_take_off(seconds, values["elevation"], reasons)
     first = 0 if start is None else int((seconds >= start).argmax())
     gains = response.find_responses(np.clip(voltages, -limit, limit)[first:], angles[first:], rate_hz)
-    signs, swap = _guess_signs("v_front" in chosen, gains, reasons)
+    signs, swap = _guess_signs(gains, reasons)
     for signal in chosen:
         axis = signal if signal in ANGLES else "pitch" if signal == "v_difference" else "travel"
         share = f"{100.0 * gains.share[ANGLES.index(axis)]:.0f} %"
@@ -209,34 +207,25 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
 
 def _guess_unit(signal: str, header: str, values: Array) -> tuple[str, str, int | None]:
     """Guess the unit of a column, with the reason and, if its steps show them, the counts per turn of its encoder."""
-    header_unit, sizes = name_and_unit(header)[1], np.abs(values)
-    unit = "mV" if 200.0 < sizes.max() < 5e4 and np.median(sizes) > 100.0 else "V"
-    guessed = _guess_angle_unit(values) if signal in ANGLES else (unit, f"reaches {sizes.max():.3g}", None)
+    header_unit = name_and_unit(header)[1]
+    guessed = _guess_angle_unit(values) if signal in ANGLES else ("V", f"reaches {np.abs(values).max():.3g}", None)
     if stated := parse_unit(signal, header_unit or ""):
         return stated, f"its header says [{header_unit}]", guessed[2]
     return guessed
 
 
 def _guess_angle_unit(values: Array) -> tuple[str, str, int | None]:
-    """Guess the unit of an angle from its steps or its range; the rest as `_guess_unit`.
-
-    Jumps of nearly a turn, beyond which no value lies, show how large a turn is.
-    """
-    extent, jump = float(np.ptp(values)), float(np.abs(np.diff(values)).max())
-    turns = (turn for turn in (2.0 * np.pi, 360.0, *_COUNTS) if extent < 1.001 * turn and jump > 0.95 * turn)
-    wrapped = next(turns, 0.0)
+    """Guess the unit of an angle from its steps or its range; the rest as `_guess_unit`."""
     if step := quantisation_step(values):
         if abs(step - 1.0) < 1e-6:
-            return "counts", "it changes by whole numbers", int(wrapped) if wrapped in _COUNTS else None
+            return "counts", "it changes by whole numbers", None
         for count in _COUNTS:
             for unit, turn in (("rad", 2.0 * np.pi), ("deg", 360.0)):
                 if abs(step * count / turn - 1.0) < 2e-3:
                     return unit, f"it changes by {step:.5g}, a {count}th of a turn in {unit}", count
-    if stated := {2.0 * np.pi: "rad", 360.0: "deg"}.get(wrapped):
-        return stated, f"it jumps by {jump:.4g}, a turn in {stated}", None
     largest = float(np.abs(values).max())
-    unit, size = ("deg", "more") if largest > np.pi else ("rad", "less")
-    return unit, f"it reaches {largest:.3g}, {size} than half a turn in rad", None
+    unit, size = ("deg", "more") if largest > 2.001 * np.pi else ("rad", "less")
+    return unit, f"it reaches {largest:.3g}, {size} than a turn in rad", None
 
 
 def _find_take_off(seconds: Array, elevation: Array, reasons: dict[str, str]) -> float | None:
@@ -251,7 +240,7 @@ def _find_take_off(seconds: Array, elevation: Array, reasons: dict[str, str]) ->
     return float(np.ceil(lift_off + 4.0))
 
 
-def _guess_signs(has_front: bool, gains: Gains, reasons: dict[str, str]) -> tuple[dict[str, int], bool]:
+def _guess_signs(gains: Gains, reasons: dict[str, str]) -> tuple[dict[str, int], bool]:
     """Find the signs that give the model's gains, k_x > 0, k_z > 0 and k_y < 0, and whether to swap the rotors."""
     # A sign is changed only if it is beyond doubt; a gain that a closed loop hides counts as correct.
     sure = np.abs(gains.score) > (response.PITCH_SURE, response.ELEVATION_SURE, _TRAVEL_SURE)
@@ -259,11 +248,8 @@ def _guess_signs(has_front: bool, gains: Gains, reasons: dict[str, str]) -> tupl
     changed: dict[str, str] = {}  # the reason for each change
     if k_z < 0.0:
         changed["elevation"] = "a larger sum of the voltages lowers it in the file"
-    swap = bool(has_front and k_x < 0.0 and k_y < 0.0)
-    if swap:
-        reasons["swap_rotors"] = "what the file calls front lowers the pitch, and the travel follows the pitch"
-    elif k_x < 0.0 and k_y < 0.0:
-        changed["v_difference"] = "it lowers the pitch, and the travel follows the pitch"
+    if swap := bool(k_x < 0.0 and k_y < 0.0):
+        reasons["swap_rotors"] = "a larger front voltage lowers the pitch, and the travel follows the pitch"
     elif k_x < 0.0:
         changed["pitch"] = "a larger front voltage lowers it in the file"
     elif k_y > 0.0:
