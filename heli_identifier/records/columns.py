@@ -83,10 +83,10 @@ def _read_cells(cells: NDArray[Any]) -> tuple[Array, str]:
     import pandas
 
     texts = pandas.Series(cells).astype(str).str.strip()
-    numbers = pandas.to_numeric(texts, errors="coerce").to_numpy(dtype=float)
+    numbers = np.asarray(pandas.to_numeric(texts, errors="coerce"), dtype=float)
     stamps = pandas.to_datetime(texts, format="ISO8601", errors="coerce", utc=True)
     if np.isnan(numbers[:1]).any() and stamps[:1].notna().any():
-        return (stamps - stamps[0]).dt.total_seconds().to_numpy(dtype=float), "s"
+        return np.asarray((stamps - stamps[0]).dt.total_seconds(), dtype=float), "s"
     return numbers, ""
 
 

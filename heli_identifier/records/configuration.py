@@ -20,8 +20,6 @@ LOWEST_LIMIT, HIGHEST_VOLTAGE = 0.1, 30.0
 """Limit of an amplifier [V] below which no rotor turns, and voltage [V] above which no bench motor runs. The second is
 also the limit of the units' inputs: every diagnosis is flown in a unit before it is delivered."""
 
-MOST_COUNTS = 2**32  # of an encoder per turn: the finest that are made
-
 
 def bounded(default: Any, unit: str, lower: float, upper: float) -> Any:
     """Declare a field of a dataclass whose number, or each of its numbers, must lie within bounds."""
@@ -58,7 +56,7 @@ class LogFormat:
     start: float | None = None
     end: float | None = None
     """First and last instant to read, in the file's time [s]."""
-    encoder_counts: tuple[int, int, int] = (4096, 4096, 8192)
+    encoder_counts: tuple[int, int, int] = bounded((4096, 4096, 8192), "1", 1, 2**32)  # the finest that are made
     """Counts per turn of the pitch, elevation and travel encoders."""
     voltage_limit: float = bounded(5.0, "V", LOWEST_LIMIT, HIGHEST_VOLTAGE)
     """Limit of the amplifiers' voltage [V]. A log that exceeds it is read as it is."""
@@ -76,10 +74,6 @@ class LogFormat:
         for signal, sign in self.signs.items():
             message = f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign."
             refuse(signal == "time" or sign not in (-1, 1), message)
-        counts = self.encoder_counts
-        are_counts = len(counts) == len(ANGLES) and all(1 <= count <= MOST_COUNTS for count in counts)
-        message = f"rig.encoder_counts = {counts} must be counts per turn in [1, {MOST_COUNTS}] of {', '.join(ANGLES)}."
-        refuse(not are_counts, message)
 
     def to_project_signs(self, signals: Mapping[str, Any]) -> dict[str, Any]:
         """Convert numbers or arrays, by their signal, to the project's signs, sum and difference to two voltages."""

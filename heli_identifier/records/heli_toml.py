@@ -72,8 +72,9 @@ def _read_section(prefix: str, content: dict[str, Any], examples: dict[str, Any]
 
 def _read_value(key: str, value: Any, example: Any) -> Any:
     """Return the value of a key, if it has the type of its example; a list as a tuple."""
-    if isinstance(example, float) and type(value) is int:
-        value = float(min(max(value, -1e300), 1e300))  # it may be larger than any float
+    if type(value) is int:
+        value = min(max(value, -(10**300)), 10**300)  # it may be larger than any float
+        value = float(value) if isinstance(example, float) else value
     if isinstance(example, list) and isinstance(value, list) and len(value) == len(example):
         return tuple(_read_value(key, number, 1.0) for number in value)
     if type(value) is not type(example) or isinstance(example, list):

@@ -5,9 +5,8 @@ may add a turn, which is taken off. Travel is unlimited but slow: at two turns a
 see ten times the acceleration of gravity. Bench motors run on a few volts, at most some tens.
 
 A logger that wraps its angles into one turn makes jumps of whole turns, and one that loses count jumps by a turn. No
-such jump is larger than two turns, and none returns within one sample, unless the angle lies at the edge at which it
-is wrapped: there the encoder's last count makes it jump to and fro. Any other single value that lies far away is a
-mark of a missing value (999), a lost sample written as 0, or a bit error.
+such jump is larger than two turns. A single value that lies far away beside whole turns is a mark of a missing value
+(999), a lost sample written as 0, or a bit error.
 """
 
 from collections.abc import Mapping, Sequence
@@ -42,23 +41,19 @@ def unwrap_angle(angle: Array, column: Column, file: str, row: int) -> tuple[Arr
     """Unwrap an angle [rad], shape (N,), and return it with notes; ``row`` is that of its first sample in the file.
 
     A turn is taken off a pitch or an elevation around 2 pi. A LogError names the row in which the angle jumps by more
-    than half a turn, but not by one or two whole turns, or leaves for one sample: the encoder or the logger failed, or
-    the unit is wrong.
+    than half a turn, but not by one or two whole turns, or leaves for one sample but for whole turns: the encoder or
+    the logger failed, or the unit is wrong.
     """
     signal = column.signal
     with np.errstate(over="ignore", invalid="ignore"):  # by values like 1e308, which are refused below
-        jumps = np.diff(angle)
-        size, off_turn = np.abs(jumps), np.abs(jumps - _TURN * np.round(jumps / _TURN))
+        unwrapped, size = np.unwrap(angle), np.abs(np.diff(angle))
+        large, step = size > _JUMP, np.diff(unwrapped)
+        wrong = large & (np.abs(step) > _OFF_TURN) | (size > _MOST_TURNS * _TURN + _OFF_TURN)
         # A sample far from both of its neighbours, which lie close to each other, is an excursion. The median keeps
         # every sample of an angle that is only noise from being one.
-        deviation = np.minimum(size[:-1], size[1:])
-        outlier = (jumps[:-1] * jumps[1:] < 0.0) & (deviation > max(EXCURSION, 10.0 * float(np.median(size))))
-        outlier &= np.abs(angle[2:] - angle[:-2]) < 0.5 * deviation
-        if any(angle.min() >= lower - 1e-6 and angle.max() <= lower + _TURN + 1e-6 for lower in (-np.pi, 0.0)):
-            outlier &= np.abs(deviation - _TURN) > _OFF_TURN  # a turn to and fro at the edge is the last count
-    large = size > _JUMP
-    wrong = large & ~((off_turn <= _OFF_TURN) & (size <= _MOST_TURNS * _TURN + _OFF_TURN))
-    wrong[:-1] |= outlier
+        deviation = np.minimum(np.abs(step[:-1]), np.abs(step[1:]))
+        outlier = (step[:-1] * step[1:] < 0.0) & (deviation > max(EXCURSION, 10.0 * float(np.median(np.abs(step)))))
+        wrong[:-1] |= outlier & (np.abs(unwrapped[2:] - unwrapped[:-2]) < 0.5 * deviation)
     if wrong.any():
         at = int(wrong.argmax()) + 1
         raise LogError(
@@ -68,7 +63,7 @@ def unwrap_angle(angle: Array, column: Column, file: str, row: int) -> tuple[Arr
         )
     notes = list[str]()
     if count := int(large.sum()):
-        angle = np.unwrap(angle)
+        angle = unwrapped
         notes.append(f"{signal} unwrapped at {count} jump{'' if count == 1 else 's'} of whole turns")
     turn = whole_turns(angle)
     if signal != "travel" and turn == _TURN:  # more turns are another unit

@@ -31,7 +31,7 @@ CONFIGURATIONS = (
     Fault("a gain of the PID out of its range", configured("[controller.pid]\ntravel = [0.25, 2e3, 1.0]\n"), IDENTIFY, "controller.pid.travel, integral = 2000.0 1/s must lie in [0, 1000] 1/s"),
     Fault("a weight of 0", configured("[controller.weights]\nvoltage = 0\n"), IDENTIFY, "controller.weights.voltage = 0.0 must lie in [1e-09, 1e+09]"),
     Fault("a heli.toml that is a pipe", lambda f: (good(f), pipe(f / "heli.toml")), IDENTIFY, "heli.toml cannot be read: it is a folder, a pipe or a device"),
-    Fault("an encoder of 1e300 counts", configured(f"[rig.encoder_counts]\npitch = 1{'0' * 300}\n"), IDENTIFY, "must be counts per turn in [1, 4294967296]"),
+    Fault("an encoder of 1e300 counts", configured(f"[rig.encoder_counts]\npitch = 1{'0' * 300}\n"), IDENTIFY, "must lie in [1, 4.29497e+09]"),
 )  # fmt: skip
 
 SIMULATE = "heli simulate open_loop -d 1 -p parameters.json"

@@ -56,7 +56,6 @@ VALUES = (
     Fault("a sentinel of 999 among the pitch", at(PITCH, 700, 999.0), IDENTIFY, "row 702: pitch is 999 rad and was" ),
     Fault("a sentinel that lasts ten samples", at(TRAVEL, slice(700, 710), 999.0), IDENTIFY, "row 702: travel is 999 rad and was"),
     Fault("a lost sample written as 0", changed(lambda v: (v[ELEVATION].__iadd__(0.6), v[ELEVATION].__setitem__(900, 0.0))), IDENTIFY, "row 902: elevation is 0 rad and was"),
-    Fault("a sample that is a whole turn off", at(PITCH, 500, 2.0 * np.pi), IDENTIFY, "row 502: pitch is 6.28319 rad and was"),
     Fault("NaN in a voltage", at(FRONT, 9, np.nan), IDENTIFY, "row 11, column 'v_front [V]'"),
     Fault("1e308 V", at(FRONT, 9, 1e308), IDENTIFY, "v_front reaches 1e+308 V when read in V (at most 30), which no rig can; state the unit, v_front = \"mV\", under [log.units] of heli.toml (written by `heli init`); if these are commands before the amplifiers' limit, set clip = true"),
     Fault("v_front equal to v_rear throughout", changed(lambda v: v[REAR].__setitem__(slice(None), v[FRONT])), IDENTIFY, "v_front - v_rear is constant in every log"),
