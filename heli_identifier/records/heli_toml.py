@@ -6,7 +6,6 @@ keys and their types. The classes in `configuration` check the bounds.
 """
 
 import json
-import re
 import tomllib
 from os import PathLike
 from pathlib import Path
@@ -50,8 +49,7 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
     try:
         content = tomllib.loads(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError as well
-        problem = "is nested too deeply" if isinstance(error, RecursionError) else f"is not TOML: {error}"
-        raise ConfigurationError(f"{path} {problem}{advice}.") from error
+        raise ConfigurationError(f"{path} is not TOML: {error}{advice}.") from error
     try:
         examples = read_examples()
         return _make_configuration(_read_section("", dict.fromkeys(examples, {}) | content, examples))
@@ -63,9 +61,8 @@ def _read_section(prefix: str, content: dict[str, Any], examples: dict[str, Any]
     """Return the values of a section, each of the type of its example; effects may have any name."""
     for name in content:
         if name not in examples and prefix != "rig.effects.":
-            quoted = name if re.fullmatch(r"[\w-]+", name) else repr(name)
             advice = did_you_mean(name, examples) or f"; choose one of {', '.join(examples)}."
-            raise ConfigurationError(f"key {prefix}{quoted} is unknown{advice}")
+            raise ConfigurationError(f"key {prefix}{name} is unknown{advice}")
     effect = [1.0, 0.1]
     return {name: _read_value(f"{prefix}{name}", value, examples.get(name, effect)) for name, value in content.items()}
 
