@@ -19,6 +19,7 @@ a line break is left out.
 import codecs
 import io
 import re
+import warnings
 from collections.abc import Sequence
 
 from heli_identifier.errors import LogError
@@ -61,11 +62,14 @@ def read_text(data: bytes, file: str) -> Table:
     beginning = "".join(lines[data_start:])
     if separator != "," and beginning.count(",") > beginning.count("."):
         text = text.replace(",", ".")
+    body = io.BytesIO(text.encode())
+    del text  # it may be large
     try:
-        frame = pandas.read_csv(
-            io.StringIO(text), sep=r"\s+" if separator == " " else separator, header=None, skiprows=data_start,
-            skipinitialspace=True, skip_blank_lines=False, low_memory=False,
-        )  # fmt: skip
+        with warnings.catch_warnings(action="ignore"):  # a word in a column changes its type from there on
+            frame = pandas.read_csv(
+                body, sep=r"\s+" if separator == " " else separator, header=None, skiprows=data_start,
+                skipinitialspace=True, skip_blank_lines=False,
+            )  # fmt: skip
     except pandas.errors.ParserError as error:  # a row is longer than the first one
         reason = str(error).strip().rpartition("C error: ")[2]
         raise LogError(f"{file} is not a table: {reason}; {advice}.") from error
