@@ -80,8 +80,8 @@ def check_excitation(logs: Sequence[Log]) -> None:
     for what, weights in (("v_front", (1, 0)), ("v_rear", (0, 1)), ("v_front - v_rear", (1, -1))):
         if max(float(np.ptp(log.voltages @ weights)) for log in logs) < _CONSTANT_V:
             raise LogError(
-                f"{', '.join(map(_path_or_name, logs))}: {what} is constant in every log, so there is nothing to "
-                "identify; excite the rig, for instance with the Exciter's square and chirp, or correct the columns."
+                f"{', '.join(log.path or log.name for log in logs)}: {what} is constant in every log, so there is nothing "
+                "to identify; excite the rig, for instance with the Exciter's square and chirp, or correct the columns."
             )
 
 
@@ -92,7 +92,7 @@ def check_moving(logs: Sequence[Log]) -> None:
             if extent < LEAST_MOTION:
                 moves = f"moves by {extent:.2g} rad in all, no more than an encoder flickers"
                 raise LogError(
-                    f"{_path_or_name(log)}: {axis} {moves if extent else 'never changes'}: a clamped axis or a dead "
+                    f"{log.path or log.name}: {axis} {moves if extent else 'never changes'}: a clamped axis or a dead "
                     "encoder tells nothing about itself, and a diagnosis needs all three axes to move; leave the log "
                     "out."
                 )
@@ -103,8 +103,8 @@ def check_flights_differ(logs: Sequence[Log]) -> None:
     for one, other in combinations(logs, 2):
         if share_flight(one, other):
             raise LogError(
-                f"{_path_or_name(other)} shares a flight with {_path_or_name(one)}, which would count twice or judge "
-                "what was fitted to it; leave one out, or give a stretch of it that has no other use."
+                f"{other.path or other.name} shares a flight with {one.path or one.name}, which would count twice or "
+                "judge what was fitted to it; leave one out, or give a stretch of it that has no other use."
             )
 
 
@@ -114,7 +114,3 @@ def highest_voltage(logs: Sequence[Log], limit: float) -> tuple[float, tuple[str
     beyond = f"voltages reach {highest:.2f} V, beyond the limit of {limit:g} V"
     remedy = "the plant saturates at the highest voltage of the training logs. Set the rig's limit in its configuration"
     return (highest, (f"{beyond}; {remedy}",)) if highest > limit else (limit, ())
-
-
-def _path_or_name(log: Log) -> str:
-    return log.path or log.name
