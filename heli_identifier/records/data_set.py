@@ -80,8 +80,9 @@ def check_excitation(logs: Sequence[Log]) -> None:
     for what, weights in (("v_front", (1, 0)), ("v_rear", (0, 1)), ("v_front - v_rear", (1, -1))):
         if max(float(np.ptp(log.voltages @ weights)) for log in logs) < _CONSTANT_V:
             raise LogError(
-                f"{', '.join(log.path or log.name for log in logs)}: {what} is constant in every log, so there is nothing "
-                "to identify; excite the rig, for instance with the Exciter's square and chirp, or correct the columns."
+                f"{', '.join(log.path or log.name for log in logs)}: {what} is constant in every log, so there is "
+                "nothing to identify; excite the rig, for instance with the Exciter's square and chirp, or correct the "
+                "columns."
             )
 
 
