@@ -193,12 +193,12 @@ def _bound(effect: Effect, estimate: Estimate) -> float:
 
 
 def parameter_reports(
-    fitted: Fit, C: Array, outside: InstrumentEstimates | None, structure: Sequence[tuple[Effect, Array]]
+    fitted: Fit, C: Array, outside: InstrumentEstimates | None, moves: Array
 ) -> dict[str, ParameterReport]:
     """State for every base parameter of a fit what its value rests on.
 
-    ``C`` (P, P) is the covariance of the coordinates, which contains that of ``structure``, the result of
-    :func:`.stability.open_structure`. ``outside`` is None where nothing came from outside.
+    ``C`` (P, P) is the covariance of the coordinates, at least that of ``moves`` (L, P), the result of
+    :func:`.stability.leave_logs_out`. ``outside`` is None where nothing came from outside.
     """
     rig, reports = fitted.likelihood.rig, {}
     by_instruments = {
@@ -224,10 +224,9 @@ def parameter_reports(
             why = "it trades off against the timing of the voltages in the log"
         experiment = "" if determination is Determination.OUTSIDE else rig.experiments.get(name, "")
         if determination is Determination.NOT_DETERMINED and not contradicted:
-            for effect, moves in structure:
-                if 2.0 * moves[i] ** 2 > C[i, i]:  # most of the interval, so one effect at most
-                    what = f"{effect.name.replace('_', ' ')} of the {effect.axis}"
-                    why, experiment = f"{why}, as these logs leave the {what} open", effect.experiment
+            for record, of_log in zip(fitted.likelihood.records, moves, strict=False):
+                if 2.0 * of_log[i] ** 2 > C[i, i]:  # most of the interval, so one log at most
+                    why = f"{why}, as the log {record.name} moves it"
         reports[name] = ParameterReport(
             estimate, determination, share, instrument, contradicted, (low, high), why, experiment
         )

@@ -114,14 +114,15 @@ class InstrumentEstimates:
     rates: tuple[float, ...]
 
     def judge(self, plant: Sequence[Array]) -> tuple[float, int]:
-        """Judge a plant, nonlinear or not, by chi2 over all axes and its degrees of freedom.
+        """Judge a plant, nonlinear or not, by chi2 and its degrees of freedom over all axes moved from outside.
 
         ``plant`` has for each log its accelerations (N, number of axes) [rad/s2] at the measured angles, rates and
         motor voltages, at the log's own rate.
         """
         reduced = [differentiate(reduce_rate(a, rate), 0) for a, rate in zip(plant, self.rates, strict=True)]
-        chi2 = [_judge_axis(axis, [a[:, i : i + 1] for a in reduced]) for i, axis in enumerate(self.axes)]
-        return sum(chi2), sum(len(axis.parameters) for axis in self.axes)
+        moved = [(i, axis) for i, axis in enumerate(self.axes) if np.isfinite(axis.values).all()]
+        chi2 = [_judge_axis(axis, [a[:, i : i + 1] for a in reduced]) for i, axis in moved]
+        return sum(chi2), sum(len(axis.parameters) for _, axis in moved)
 
 
 def instruments(
@@ -193,8 +194,6 @@ def _estimate_axis(
 def _judge_axis(axis: AxisInstruments, plant: Rows) -> float:
     """Hotelling's statistic of the block scores of a plant's residual, given as chi-squared."""
     k = len(axis.parameters)
-    if not np.isfinite(axis.values).all():
-        return 0.0
     residuals = [y - a for y, a in zip(axis.accelerations, plant, strict=True)]
     (e, z), number = whitened_rows(axis.whitening, axis.blocks, residuals, axis.instruments)
     scores = sum_blocks(z / (np.linalg.norm(z, axis=0) + 1e-300) * e, number)

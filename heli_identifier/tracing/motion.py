@@ -73,7 +73,7 @@ class Tables:
 
     @staticmethod
     def values(record: Record, parameters: PlantParameters, motion: Array) -> Array:
-        """Return the variables (n, V) along a motion (n, 6) at every :attr:`~.rig.Record.held`-th sample."""
+        """Return the variables (n, V) along a motion (n, 6) at every :attr:`.rig.Record.held`-th sample."""
         nu = lag_voltages(record.inputs, record.step, parameters)[:: record.held]
         return np.column_stack((motion, nu.sum(1), nu[:, 0] - nu[:, 1]))
 

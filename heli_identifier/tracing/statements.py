@@ -141,9 +141,9 @@ class CatalogueVerdict:
     verdict: Verdict
     """`shown`, `ambiguous`, `possible`, `not shown` or `not testable`."""
     estimate: Estimate
-    """Coefficient beside all that is in the corrected model."""
+    """Coefficient beside all effects of the corrected model."""
     score: Number
-    """What it adds to the likelihood, or what is lost without it [nats]."""
+    """Gain of log-likelihood by it, or loss without it [nats]."""
     visibility: Number
     """Share of the effect's signature that the fitted parameters cannot imitate."""
     upper_bound: float | None
@@ -163,7 +163,7 @@ class ParameterReport:
     determination: Determination
     """`determined from outside`, `rests on the noise model` or `not determined`."""
     outside_share: float | None
-    """Share of its regressor that references explain; None without references."""
+    """Share of its regressor (the signal that it multiplies) that references explain; None without references."""
     instrument: Estimate | None
     """Its estimate by instruments."""
     contradicted: bool

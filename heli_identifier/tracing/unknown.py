@@ -68,7 +68,7 @@ class Unknown:
 
 Torques = tuple[str, float, float, float, Array, Sequence[NDArray[np.intp]]]
 """Variable, ``first`` and ``spacing`` as in :class:`Unknown`, width of the prior [rad/s^2], torques (m, k) [rad/s^2]
-for weights of that width, and for each record which of the m acts at every :attr:`~.rig.Record.held`-th sample."""
+for weights of that width, and for each record which of the m acts at every :attr:`.rig.Record.held`-th sample."""
 
 
 def _weigh_torques(fitted: Fit, a: int, groups: Sequence[Torques]) -> list[Unknown]:
