@@ -61,6 +61,6 @@ def download_logs(folder: Path) -> list[Path]:
 def measured_rig(rig: str, start: float) -> tuple[str, list[Log]]:
     """Return the name of a folder and its logs from ``start`` [s] on; ``FOLDER:-pitch`` if its pitch counts down."""
     folder, _, mirrored = rig.partition(":")
-    files = sorted(path for path in Path(folder).iterdir() if path.name.endswith((".csv", ".mat")))
+    files = sorted(path for path in Path(folder).iterdir() if path.name.endswith((".csv", ".csv.gz", ".mat")))
     signs = LogFormat(signs={"pitch": -1} if mirrored else {})
     return Path(folder).name, list(read_logs(files, signs, start=start or None))

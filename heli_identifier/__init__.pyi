@@ -20,6 +20,7 @@ __all__ = [
     "linearise",
     "look",
     "read_configuration",
+    "read_data_set",
     "read_log",
     "read_logs",
     "read_parameters",
@@ -34,6 +35,7 @@ from .records import (
     RigConfiguration,
     demo_logs,
     read_configuration,
+    read_data_set,
     read_log,
     read_logs,
 )

@@ -5,8 +5,8 @@ followed. A device, a pipe or standard output cannot be replaced, so the data is
 
 A draft folder is removed when its block ends; SIGKILL and a loss of power leave one behind.
 
-A few kilobytes of zip can hold a petabyte, so the table of contents of an archive is checked before it is unpacked. No
-entry leads out of the folder that it is unpacked into: zipfile sees to that.
+A few kilobytes of zip can hold a petabyte, and an entry's name can lead out of the folder that it is unpacked into. So
+the table of contents of an archive is checked before it is unpacked.
 """
 
 import os
@@ -16,14 +16,13 @@ import stat
 import tempfile
 import zipfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from os import PathLike
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from heli_identifier.processes import undo_at_end
 
 _PREFIX = ".heli-draft-"  # of the names of drafts
-_OUTPUT = Path("/dev/stdout")
 
 LARGEST_ARCHIVE = 2_000_000_000
 """Bytes that an archive may hold unpacked. The largest FMUs, with tables in them, have some hundred megabytes."""
@@ -48,26 +47,31 @@ def write_atomically(path: str | PathLike[str], content: str | bytes) -> Path:
     target = Path(path)
     data = content.encode("utf-8", "replace") if isinstance(content, str) else content
     try:
-        if (is_output := target == _OUTPUT) or (target.exists() and not target.is_file()):
+        present, is_output = None, False
+        with suppress(FileNotFoundError, NotADirectoryError):
+            present = target.stat()  # follows links; a link to itself is an error
+        with suppress(OSError):  # standard output may be closed
+            is_output = present is not None and os.path.samestat(present, os.fstat(1))
+        if present is None or (stat.S_ISREG(present.st_mode) and not is_output):
+            _replace(Path(os.path.realpath(target)), present, data)
+        else:
             # `-o /dev/stdout >> FILE` must keep the content of FILE
             with open(os.dup(1) if is_output else target, "wb") as file:
                 file.write(data)
-        else:
-            _replace(Path(os.path.realpath(target)), data)
     except OSError as error:
         # The error of a write, such as a full disk, names no file, and that of a draft names the draft.
         raise OSError(error.errno, error.strerror, str(path)) from error
     return target
 
 
-def _replace(target: Path, data: bytes) -> None:
+def _replace(target: Path, present: os.stat_result | None, data: bytes) -> None:
     """Write a draft in the same folder, because a rename is atomic only within one file system, and rename it."""
     target.parent.mkdir(parents=True, exist_ok=True)
     with draft_folder(target.parent) as folder:
         draft = folder / "draft"
         draft.write_bytes(data)
-        if target.exists():
-            draft.chmod(stat.S_IMODE(target.stat().st_mode))
+        if present is not None:
+            draft.chmod(stat.S_IMODE(present.st_mode))
         draft.replace(target)
 
 
@@ -113,9 +117,19 @@ def draft_folder(folder: str | PathLike[str] | None = None) -> Iterator[Path]:
 
 
 def check_zip(path: Path) -> None:
-    """Raise a ValueError for a zip that holds more than :data:`LARGEST_ARCHIVE` unpacked."""
-    with zipfile.ZipFile(path) as archive:
-        unpacked = sum(max(entry.file_size, _DISK_BLOCK) for entry in archive.infolist())
-    if unpacked > LARGEST_ARCHIVE:
+    """Refuse a zip that cannot be unpacked safely; zipfile refuses encrypted ones and unpacks a link as a file.
+
+    A ValueError says that it is no zip, holds more than :data:`LARGEST_ARCHIVE`, or has an entry outside of its folder.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            entries = archive.infolist()
+    except (zipfile.BadZipFile, NotImplementedError, ValueError) as error:
+        raise ValueError(f"it is no zip archive ({error})") from error
+    for entry in entries:
+        name = PurePosixPath(entry.filename.replace("\\", "/"))
+        if name.is_absolute() or ".." in name.parts or ":" in (name.parts or ("",))[0]:
+            raise ValueError(f"its entry {entry.filename!r} lies outside of the archive")
+    if (unpacked := sum(max(entry.file_size, _DISK_BLOCK) for entry in entries)) > LARGEST_ARCHIVE:
         most = f"at most {LARGEST_ARCHIVE / 1e9:g} GB are unpacked"
         raise ValueError(f"it holds {unpacked / 1e9:.3g} GB unpacked, {most}")

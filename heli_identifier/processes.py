@@ -99,8 +99,8 @@ def call_apart(
     """Call a function in a separate process, which may crash or hang; return its result or raise its ``error``.
 
     What the process prints is dropped, but for its error stream if ``shows_errors``. It ends when this process ends, if
-    it works for longer than ``patience`` [s], or if it needs more than ``memory`` [bytes]; if it gives no answer,
-    NoAnswer is raised. Its temporary files are in ``folder``, which is for this call alone.
+    it works for longer than ``patience`` [s], or if it needs ``memory`` [bytes] beyond what it has; if it gives no
+    answer, NoAnswer is raised. Its temporary files are in ``folder``, which is for this call alone.
     """
     (folder / "order").write_bytes(pickle.dumps((function, arguments, error, patience, memory)))
     # This package is found where it is now; the user's folder (-P) and that of his script may have files called alike.
@@ -172,8 +172,14 @@ def _end_process(process: "Popen[bytes]") -> None:
         process.wait()
 
 
-def _bound_memory(memory: int) -> None:
-    """Let this process have at most ``memory`` bytes and write no core dump; not on Windows."""
-    for kind, bound in ((resource.RLIMIT_AS, memory), (resource.RLIMIT_CORE, 0)) if _IS_POSIX else ():
-        with suppress(ValueError, OSError):  # a lower limit is in force, or the system has none
-            resource.setrlimit(kind, (bound, resource.getrlimit(kind)[1]))
+def _bound_memory(more: int) -> None:
+    """Let this process take at most ``more`` bytes beyond its present memory and no core dump; not on Windows."""
+    if not _IS_POSIX:
+        return
+    present = 0  # without /proc, as on macOS: it is small compared with the bound
+    with suppress(OSError):
+        present = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    for kind, bound in ((resource.RLIMIT_AS, present + more), (resource.RLIMIT_CORE, 0)):
+        soft, hard = resource.getrlimit(kind)
+        with suppress(ValueError, OSError):  # macOS may refuse to bound the memory
+            resource.setrlimit(kind, (bound if soft == resource.RLIM_INFINITY else min(soft, bound), hard))

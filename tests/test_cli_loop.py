@@ -12,7 +12,7 @@ import pytest
 from fmu_src import UNITS, build
 from fmu_src.native.toolchain import LINUX, find_compiler
 from heli_identifier.errors import IdentifierError, LogError
-from heli_identifier.records import demo_files, read_logs, write_log
+from heli_identifier.records import demo_files, read_data_set, write_log
 from heli_identifier.results import NATIVE_PLANT, plant_values
 from heli_identifier.results.running import check_free_run, unit_run
 from heli_identifier.tools import split_logs
@@ -104,13 +104,13 @@ def test_the_unit_repeats_the_free_run_at_any_rate_of_the_log_and_is_delivered_o
 def test_without_a_held_out_log_the_last_one_is_held_out_and_of_a_single_one_the_last_third(tmp_path):
     """No sample is in both."""
     logs = [write_log(simulated_log(length), tmp_path / f"run{length:g}.csv") for length in (30.0, 20.0)]
-    training, held, said = split_logs(read_logs(logs), ())
+    training, held, said = split_logs(*read_data_set(logs))
     assert ([log.name for log in training], [log.name for log in held]) == (["run30"], ["run20"])
     assert said.startswith("held out: ")
     with pytest.raises(LogError, match="too short"):
-        split_logs(read_logs(logs[:1], start=0.0, end=24.0), ())
+        split_logs(*read_data_set(logs[:1], start=0.0, end=24.0))
     for start, end, samples in ((None, None, 3000), (3.0, 28.5, 2551)):
-        (training,), (held,), _ = split_logs(read_logs(logs[:1], start=start, end=end), ())
+        (training,), (held,), _ = split_logs(*read_data_set(logs[:1], start=start, end=end))
         assert training.samples + held.samples == samples and held.samples == pytest.approx(samples / 3, abs=1)
         assert held.start > training.start + training.duration - 1.5 * training.step
         # the last sample kept is that of ``end``, which holds for one step

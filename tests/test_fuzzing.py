@@ -1,6 +1,7 @@
 """Files with random damage, given to every reader: each answers with a value or with one sentence. Findings of longer
 runs, `HELI_FUZZ=FILES HELI_FUZZ_SEED=NUMBER`, stay in tests/corpus."""
 
+import gzip
 import io
 import json
 import os
@@ -11,6 +12,7 @@ from pathlib import Path
 from random import Random
 
 import numpy as np
+import openpyxl
 import pytest
 from scipy.io import savemat
 
@@ -61,6 +63,14 @@ def _written(write: Callable[[io.BytesIO], object]) -> bytes:
     return data.getvalue()
 
 
+def _spreadsheet(data: io.BytesIO) -> None:
+    book = openpyxl.Workbook(write_only=True)
+    sheet = book.create_sheet()
+    for line in (HEADER, *ROWS[:540:2]):
+        sheet.append([cell if cell.endswith("]") else float(cell) for cell in line.split(",")])
+    book.save(data)
+
+
 def _unit_and_description() -> tuple[bytes, bytes]:
     """Give an FMU without its binaries, and its description."""
     with tempfile.TemporaryDirectory() as folder:
@@ -87,6 +97,8 @@ MATLAB = ({name: values[:540:2] for name, values in as_struct().items()}, {"ans"
 READERS: dict[str, tuple[str, Callable[[Path, Random], object], tuple[bytes, ...]]] = {
     "a text log": ("log.csv", _logged, TEXTS),
     "a text log that is looked into": ("log.csv", lambda path, _: guess(path), TEXTS),
+    "a spreadsheet": ("log.xlsx", _logged, (_written(_spreadsheet),)),
+    "a packed log": ("log.csv.gz", _logged, (gzip.compress(LOG),)),
     "a MATLAB log": ("log.mat", _logged, tuple(_written(lambda data, v=v: savemat(data, v)) for v in MATLAB)),
     "heli.toml": ("heli.toml", lambda path, _: read_configuration(path), (TEMPLATE.read_bytes(),)),
     "parameters.json": ("p.json", lambda path, _: read_parameters(path), (json.dumps(document()).encode(),)),

@@ -126,6 +126,7 @@ def test_what_comes_in_while_the_caller_waits_for_its_disk_is_no_silence():
 
 @pytest.mark.parametrize("form, wanted", [
     (LogFormat(signs={"pitch": -1}, swap_rotors=True, clip=True, voltage_limit=1.5), (1.5, 1.0, -0.05, 0.1, 0.2)),
+    (LogFormat(signs={"v_difference": -1}), (2.0, 1.0, 0.05, 0.1, 0.2)),
     (LogFormat(units={"pitch": "deg", "v_front": "mV"}), (0.001, 2.0, np.radians(0.05), 0.1, 0.2)),
 ])  # fmt: skip
 def test_signs_units_and_rotors_are_put_right_as_in_logs_and_a_rig_too_slow_is_refused(form, wanted):

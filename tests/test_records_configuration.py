@@ -12,7 +12,6 @@ from heli_identifier.errors import ConfigurationError, LogError
 from heli_identifier.records import LogFormat, RigConfiguration, demo_files, find_suspicions, guess, read_log
 from heli_identifier.records.heli_toml import read_examples
 from heli_identifier.records.units import ANGLES, NAMED
-from heli_identifier.records.units import REFERENCES as ASKED
 from tests.commands import heli
 
 
@@ -30,8 +29,8 @@ def test_the_template_holds_the_defaults_shows_every_key_and_all_of_them_can_be_
     names |= {"rig": names["rig"] - {"format", "controller", "geometry"} | elsewhere, "log": names["log"] - elsewhere}
     assert {section: {*own} for section, own in content.items()} == names
     assert {*content["controller"]["weights"]} == {one.name for one in fields(usual.controller.weights)}
-    assert {*content["log"]["columns"]} - {*ASKED} == {*content["log"]["units"]} == {*NAMED}
-    assert {*content["log"]["signs"], "time"} == {*NAMED} and content["rig"]["encoder_counts"].keys() == {*ANGLES}
+    assert {*content["log"]["columns"]} == {*content["log"]["units"]} == {*content["log"]["signs"], "time"} == {*NAMED}
+    assert content["log"]["references"].keys() == content["rig"]["encoder_counts"].keys() == {*ANGLES}
 
 
 def test_keys_arrive_where_they_belong_and_a_format_made_in_python_is_held_to_the_same_names(tmp_path):
@@ -41,10 +40,10 @@ def test_keys_arrive_where_they_belong_and_a_format_made_in_python_is_held_to_th
     rig = records.read_configuration(tmp_path / "heli.toml")
     form = LogFormat(units={"pitch": "deg"}, end=60.5, encoder_counts=(2000, 4096, 16384), voltage_limit=6.0)
     assert rig == RigConfiguration(motor_time_constant=0.12, format=form)
-    combined = LogFormat(signs={"v_difference": -1}).to_project_signs({"v_sum": 3.0, "v_difference": 1.0})
-    assert combined == {"v_front": 1.0, "v_rear": 2.0}
-    with pytest.raises(ConfigurationError, match="log.columns.yaw is not a signal"):
-        LogFormat(columns={"yaw": "psi"})
+    combined = LogFormat(signs={"v_rear": -1}).to_project_signs({"v_sum": 3.0, "v_difference": 1.0})
+    assert combined == {"v_front": 2.0, "v_rear": -1.0}
+    with pytest.raises(ConfigurationError, match="log.references.yaw is no axis"):
+        LogFormat(references={"yaw": "psi"})
 
 
 def test_what_is_given_of_the_rig_is_the_configuration_that_all_logs_were_read_with():
@@ -86,7 +85,7 @@ LAYOUTS = {
         [*angles(), *REFERENCES, DIFFERENCE, SUM, FRONT, REAR], {"v_front": 12, "v_rear": 13}, "rad", {}, False,
     ),
     "nine rows in degrees, with v_sum": ([*angles(np.degrees(1.0)), DIFFERENCE, SUM], COMBINED, "deg", {}, False),
-    "nine rows, the difference reversed": ([*angles(), -DIFFERENCE, SUM], COMBINED, "rad", {}, True),
+    "nine rows, the difference reversed": ([*angles(), -DIFFERENCE, SUM], COMBINED, "rad", {"v_difference": -1}, False),
     "smooth estimates of the angles behind the measured ones": (
         [*angles(), FRONT, REAR, *(np.convolve(x, np.ones(9) / 9) for x in TRUE.angles[:-8].T)], BOTH, "rad", {}, False,
     ),
@@ -164,8 +163,7 @@ def test_what_was_asked_of_an_axis_is_found_by_its_name(tmp_path):
     path, names = tmp_path / "asked.csv", ",".join(TRUE.columns)
     np.savetxt(path, values, delimiter=",", header=f"{names},elev_ref [deg],pitch setpoint,a", comments="")
     found = guess(path)
-    asked_of = {name: text for name, text in found.format.columns.items() if name in ASKED}
-    assert asked_of == {"pitch_reference": "pitch setpoint", "elevation_reference": "elev_ref [deg]"}
+    assert found.format.references == {"pitch": "pitch setpoint", "elevation": "elev_ref [deg]"}
     assert found.format.encoder_counts == (2048, 2048, 4096)
     read = read_log(path, found.format).references
     # a column without a unit has that of its axis

@@ -1,6 +1,7 @@
-"""Binary formats, as laboratories have them: every layout reads as the same record. A reader that
+"""Binary formats, as laboratories have them: every layout reads as the same record, packed or not. A reader that
 crashes, hangs or asks for all memory does not take the command with it."""
 
+import gzip
 import os
 import subprocess
 import sys
@@ -60,6 +61,17 @@ def test_structs_and_tables_of_either_version_are_read(tmp_path, version):
     for name, variables in (("struct", {"run": FIELDS}), ("table", {"run": pandas.DataFrame(FIELDS)})):
         matio.save_to_mat(str(tmp_path / f"{name}.mat"), variables, version=version)
         assert same(read_log(tmp_path / f"{name}.mat"))
+        (tmp_path / f"{name}.mat.gz").write_bytes(gzip.compress((tmp_path / f"{name}.mat").read_bytes()))
+        assert same(read_log(tmp_path / f"{name}.mat.gz"))
+
+
+def excel(path):
+    """Write a sheet with lines above its table and a row of units below the names, behind a sheet of notes."""
+    book = pytest.importorskip("openpyxl").Workbook()
+    for row in (["north lab"], [], list(NAMES), list(UNITS), *COLUMNS.T.tolist()):
+        book.active.append(row)
+    book.create_sheet("notes", 0)["B9"] = "flown by hand"
+    book.save(path)
 
 
 def parquet(path):
@@ -89,13 +101,13 @@ def mdf(path, invalid=()):
         file.save(path)
 
 
-@pytest.mark.parametrize(("write", "ending"), [(parquet, "parquet"), (tdms, "tdms"), (mdf, "mf4")])
+@pytest.mark.parametrize(("write", "ending"), [(excel, "xlsx"), (parquet, "parquet"), (tdms, "tdms"), (mdf, "mf4")])
 def test_a_file_of_another_program_is_read_with_its_units_and_its_time(tmp_path, write, ending):
     write(tmp_path / f"log.{ending}")
     assert same(read_log(tmp_path / f"log.{ending}"))
     if write is mdf:  # which marks samples that are invalid
         mdf(tmp_path / "bad.mf4", invalid=(5,))
-        with pytest.raises(LogError, match=r"row 6, column 'pitch \[rad\]': the cell holds no finite number"):
+        with pytest.raises(LogError, match=r"row 6, column 'pitch \[rad\]': the cell is empty or NaN"):
             read_log(tmp_path / "bad.mf4")
 
 

@@ -16,6 +16,7 @@ from fmu_src.units.signals import VOLTAGE_BOUND
 from heli_identifier import records
 from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records.configuration import HIGHEST_VOLTAGE
+from heli_identifier.records.plausibility import why_still
 from heli_identifier.records.timing import GAP_STEPS, find_sampling, mean_of_held
 from heli_identifier.tools import Rig, diagnose_rigs
 from tests.blind.generator import make_rig, simulate_log
@@ -70,19 +71,27 @@ def test_a_written_log_reads_back_as_it_was(tmp_path_factory, seed, rate_hz):
     assert twin.rate_hz == pytest.approx(rate_hz, rel=1e-12) and twin.notes == ()
 
 
-def test_logs_of_one_name_are_numbered():
+def test_logs_of_one_name_are_told_apart_by_their_folders_or_numbered(tmp_path):
     log = some_log()
     again = records.read_logs([log, replace(log, events=PUSH), replace(log, name="other")])
     assert [own.name for own in again] == ["some", "some (2)", "other"] and again[1].events[0].log == "some (2)"
+    paths = [records.write_log(log, tmp_path / day / "logs" / "run.csv") for day in ("monday", "tuesday")]
+    (seen,), (judge,) = records.read_data_set(paths[:1], paths[1:])
+    assert (seen.name, judge.name) == ("monday/logs/run", "tuesday/logs/run")
 
 
 def test_no_log_may_count_twice_even_under_another_name_or_if_it_is_short(tmp_path):
     first, second, _ = records.demo_files("rig-a")[0]
     copy = shutil.copy(second, tmp_path / "copy.csv")
-    with pytest.raises(LogError, match=r"copy.csv shares a flight with .*train2.csv, .*; leave one out"):
-        records.check_flights_differ(records.read_logs([first, second, copy], end=6.0))
-    apart = [records.read_log(second, end=6.0), records.read_log(second, start=6.01, end=12.0)]
-    records.check_flights_differ(apart)
+    with pytest.raises(LogError, match=r"copy.csv is held out for validation but shares samples with .*train2.csv"):
+        records.check_held_out_is_new(*records.read_data_set([first, second], [copy], end=6.0))
+    with pytest.raises(LogError, match=r"copy.csv is held out .* shares samples with .*train2.csv \(6 s from .*; give"):
+        records.check_held_out_is_new(*records.read_data_set([first], [second, copy], end=6.0))
+    logs = records.read_logs([first, second, copy], end=6.0)
+    assert len(records.drop_excerpts(logs)[0]) == 2
+    with pytest.raises(LogError, match=r"copy.csv shares samples with"):  # an identification holds no log out
+        records.check_flights_differ(logs)
+    records.check_held_out_is_new(records.read_logs(second, end=6.0), records.read_logs(second, start=6.01, end=12.0))
 
 
 COUNT = 2.0 * np.pi / 4096
@@ -97,10 +106,8 @@ def encoded(angle, shake=0.25):
 
 def test_what_moves_is_told_from_flicker_and_a_voltage_that_never_does_is_refused():
     quiet_hover = encoded(1.5 * COUNT * np.sin(0.7 * TIME), 0.5)
-    axes = [encoded(0.1 * np.sin(1.3 * TIME)), quiet_hover, encoded(np.full(3000, 0.5 * COUNT))]
-    records.check_moving([records.Log("run", 100.0, np.zeros((3000, 2)), np.column_stack((axes[0], *axes[:2])))])
-    with pytest.raises(LogError, match="travel moves by .* rad in all, no more than an encoder flickers"):
-        records.check_moving([records.Log("run", 100.0, np.zeros((3000, 2)), np.column_stack(axes))])
+    assert [why_still(angle) for angle in (encoded(0.1 * np.sin(1.3 * TIME)), quiet_hover)] == [None, None]
+    assert "no more than an encoder flickers" in why_still(encoded(np.full(3000, 0.5 * COUNT)))
     # a voltage that is constant in every log leaves nothing to identify
     moving, angles = np.sin(np.arange(1000) / 50.0), np.zeros((1000, 3))
     front, rear = (records.Log("run", 100.0, np.outer(moving, own), angles) for own in ([1.0, 0.0], [0.0, 1.0]))
@@ -141,11 +148,16 @@ COPIES = {
 @pytest.mark.parametrize("done", COPIES)
 def test_a_copy_of_a_flight_is_recognised_whatever_was_done_to_it(done):
     one, other = log_of(RIG.train[2]), log_of(COPIES[done](RIG.train[2]))
-    assert records.share_flight(one, other) and records.share_flight(other, one)
+    assert records.find_shared_flight(one, other) is not None
+    assert records.find_shared_flight(other, one) is not None
 
 
-def test_logs_of_which_the_end_of_one_is_the_begin_of_the_other_share_a_flight():
-    assert records.share_flight(log_of(RIG.train[2][:6000]), log_of(RIG.train[2][3000:]))
+def test_the_stretch_that_two_logs_share_is_found():
+    """Pieces are 8 s: the stretch is known to that, its place to the sample of the common grid."""
+    samples = RIG.train[2]
+    one, other = log_of(samples[:6000]), log_of(samples[3000:])
+    first, second, length = records.find_shared_flight(one, other)
+    assert first - second == pytest.approx(30.0, abs=0.05) and 22.0 <= length <= 30.0
 
 
 def test_flights_of_the_same_voltages_or_under_one_controller_or_at_rest_are_not_one_flight():
@@ -153,19 +165,32 @@ def test_flights_of_the_same_voltages_or_under_one_controller_or_at_rest_are_not
     for samples in (RIG.train[0], RIG.train[2]):
         again = [log_of(simulate_log(RIG.truth, samples[:, 1:3], seed)) for seed in (1, 2)]
         for one, other in combinations([log_of(samples), *again], 2):
-            assert not records.share_flight(one, other)
+            assert records.find_shared_flight(one, other) is None
     # at rest angles are noise alone, in which every recording is like every other one
     logs = windy_logs(windy_rig(501, quiet=True, effects="bare", counts={"a": 4}), "a")
     rng = np.random.default_rng(0)
     logs += [records.Log("rest", 100.0, np.zeros((6000, 2)), rng.normal(0.0, 3e-4, (6000, 3))) for _ in range(2)]
-    assert not any(records.share_flight(one, other) for one, other in combinations(logs, 2))
+    assert not any(records.find_shared_flight(one, other) for one, other in combinations(logs, 2))
 
 
-def test_a_flight_in_two_rigs_of_a_fleet_is_refused():
+def test_a_flight_that_is_given_twice_counts_once_and_is_refused_in_two_rigs_of_a_fleet():
+    logs = [log_of(COPIES["cut to 20 s"](RIG.train[2]), "part"), log_of(RIG.train[0]), log_of(RIG.train[2], "whole")]
+    kept, (note,) = records.drop_excerpts(logs)
+    assert kept == (logs[1], logs[2])  # the longer one stays
+    assert note.startswith("part is left out: ") and "the same flight as whole" in note
     one = Rig((log_of(RIG.train[2], "a"),), (log_of(RIG.held, "b"),))
     other = Rig((log_of(COPIES["noise of two counts added"](RIG.train[2]), "c"),), (log_of(RIG.train[0], "d"),))
     with pytest.raises(IdentifierError, match="rig first: it shares a flight with rig second: a and c are one"):
         diagnose_rigs({"first": one, "second": other})
+
+
+def test_a_held_out_log_that_is_hardly_excited_is_noted():
+    hover = RIG.held * np.array([1.0, 0.0, 0.0, 1.0, 1.0, 1.0]) + np.array([0.0, 1.5, 1.5, 0.0, 0.0, 0.0])
+    training = [log_of(RIG.train[2]), log_of(RIG.train[0])]
+    elevation, pitch = records.excitation_notes(training, [log_of(hover, "hover")])
+    assert "hover is held out and hardly excited" in elevation and "little on the elevation" in elevation
+    assert "pitch and travel" in pitch
+    assert records.excitation_notes(training, [log_of(RIG.held)]) == ()
 
 
 def sampling_of(time):

@@ -1,6 +1,8 @@
 """Text logs of every accepted shape read as the same record; what is wrong gets one sentence that says where. What a
 laboratory meets most stands in tests/faults/logs.py, through the commands."""
 
+import gzip
+import hashlib
 import io
 
 import numpy as np
@@ -71,7 +73,7 @@ TEXTS = {
     "a row of units in brackets": [",".join(SIGNALS), ",".join(f"[{unit}]" for unit in UNITS), *rows()],
     "Excel's separator": ["sep=;", LINES[0].replace(",", ";"), *rows(separator=";")],
     "a separator at the end of each line": [f"{line}," for line in LINES],
-    "quotation marks around every cell": ['"' + line.replace(",", '","') + '"' for line in LINES],
+    "separators at the end of each row, but of the header": [LINES[0], *(f"{line},,," for line in LINES[1:])],
     "decimal commas beside words": [line.replace(",", ";").replace(".", ",") + ";Köln, West" for line in LINES],
     "plain words in capitals": [
         "Time [sec],V Front (Volt),V-Rear (volts),Pitch (radians),Elevation [Rad],Travel [RAD]", *rows(),
@@ -89,7 +91,7 @@ TEXTS = {
 
 
 FORMATS = {
-    "a LabVIEW measurement": LogFormat(columns={"time": "X_Value"}, units=dict(zip(SIGNALS, UNITS, strict=True))),
+    "a LabVIEW measurement": LogFormat(columns={"time": "X_Value"}),
     "no header": LogFormat(
         columns={name: f"column {index}" for index, name in enumerate(SIGNALS, start=1)},
         units=dict(zip(SIGNALS, UNITS, strict=True)),
@@ -102,14 +104,22 @@ def test_a_text_with_lines_above_its_table_reads_as_the_table(tmp_path, case):
     assert same(read_log(written(tmp_path, TEXTS[case]), FORMATS.get(case, LogFormat())))
 
 
-@pytest.mark.parametrize("stamp", ["2026-03-01T12:00:{:06.3f}", "2026-03-01 12:00:{:06.3f}+01:00"])
+@pytest.mark.parametrize("stamp", ["2026-03-01T12:00:{:06.3f}", "2026-03-01 12:00:{:06.3f}+01:00", "12:00:{:06.3f}"])
 def test_time_stamps_count_from_the_first(tmp_path, stamp):
     header = ",".join(["time", *CONTRACT_HEADERS[1:]])
     lines = [f"{stamp.format(t)},{row.split(',', 1)[1]}" for t, row in zip(TRUTH[:, 0], rows(), strict=True)]
     assert same(read_log(written(tmp_path, [header, *lines])), rtol=1e-12)
     lines[70] = "noon," + lines[70].split(",", 1)[1]
-    with pytest.raises(LogError, match="row 72, .* no finite number and no time stamp"):
+    with pytest.raises(LogError, match=r"row 72, column 'time \[s\]': the cell is empty or NaN or no time stamp"):
         read_log(written(tmp_path, [header, *lines]))
+
+
+def test_a_packed_log_of_several_members_reads_as_the_unpacked_one(tmp_path):
+    data = "\n".join([*LINES, ""]).encode()
+    members = gzip.compress(data[:1000]) + gzip.compress(data[1000:])  # as `cat a.gz b.gz` makes them
+    (tmp_path / "log.csv.gz").write_bytes(members)
+    log = read_log(tmp_path / "log.csv.gz")
+    assert same(log) and log.sha256 == hashlib.sha256(members).hexdigest()
 
 
 def test_a_foreign_log_is_read_through_its_configuration(tmp_path):
@@ -160,15 +170,20 @@ def test_a_jittering_time_is_resampled_and_said_to_be(tmp_path):
     assert np.abs(log.angles[:, 0] - np.sin(log.start + log.time)).max() <= 0.012**2 / 8.0
 
 
-def test_an_angle_that_is_folded_into_a_turn_is_unwrapped_with_its_reference(tmp_path):
+def test_odd_values_are_accepted_and_pointed_out(tmp_path):
     columns = TRUTH.T.copy()
+    columns[1, :10] = 6.0
+    columns[4] = 0.25
     turned = 0.02 * np.arange(1001)  # 20 rad in all, folded into one turn
     columns[5] = (turned + np.pi) % (2.0 * np.pi) - np.pi
     asked = (turned - 0.1 + np.pi) % (2.0 * np.pi) + np.pi  # begins on the other side of the seam
     log = read_log(written(tmp_path, rewritten([*columns, asked], [*CONTRACT_HEADERS, "travel_reference"])))
     assert np.allclose(log.angles[:, 2], turned, atol=1e-12)
     assert np.allclose(log.references["travel"], turned - 0.1, atol=1e-12)
-    assert log.notes == ("travel unwrapped at 3 jumps of whole turns", "travel_reference taken from the same turns")
+    assert log.notes[:2] == ("travel unwrapped at 3 jumps of whole turns", "travel_reference taken from the same turns")
+    assert log.notes[2].startswith("v_front exceeds ±5 V in 10 of 1001 samples (up to 6 V)")
+    assert log.notes[3].startswith("elevation never changes")
+    assert read_log(tmp_path / "log.csv", LogFormat(voltage_limit=6.0)).notes == (*log.notes[:2], *log.notes[3:])
 
 
 def test_a_last_line_without_a_line_break_may_be_cut_and_is_left_out(tmp_path):
@@ -183,7 +198,7 @@ def test_a_last_line_without_a_line_break_may_be_cut_and_is_left_out(tmp_path):
 def test_references_are_found_by_name_or_configuration_in_radians_and_are_cut_with_their_log(tmp_path):
     headers, asked = [*CONTRACT_HEADERS, "Elevation Reference [deg]", "wanted [rad]"], np.arange(1001) * 0.01
     path = written(tmp_path, rewritten([*TRUTH.T, asked, asked], headers))
-    log = read_log(path, LogFormat(signs={"elevation": -1}, columns={"travel_reference": "wanted"}), start=0.5)
+    log = read_log(path, LogFormat(signs={"elevation": -1}, references={"travel": "wanted"}), start=0.5)
     np.testing.assert_allclose(log.references["elevation"], -np.radians(asked[50:]), rtol=1e-12)
     np.testing.assert_allclose(log.references["travel"], asked[50:], rtol=1e-12)
     assert len(log.references) == 2

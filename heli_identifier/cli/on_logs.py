@@ -66,8 +66,8 @@ def diagnose_paths(
     ``way`` says how to hold out other logs; it is printed if no log was named for that.
     """
     with results.write_whole_folder(output, (results.NATIVE_PLANT,)) as draft:
-        used = (hi.read_logs(files, configuration.format, start, end) for files in (paths, validate))
-        training, held_out, split_note = tools.split_logs(*used)
+        logs = hi.read_data_set(paths, validate, configuration.format, start, end)
+        training, held_out, split_note = tools.split_logs(*logs)
         if split_note:
             note(split_note + way)
         print_notes((*training, *held_out))

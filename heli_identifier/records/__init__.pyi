@@ -9,11 +9,15 @@ from .data_set import DEMO_RIGS as DEMO_RIGS
 from .data_set import LogSource as LogSource
 from .data_set import check_excitation as check_excitation
 from .data_set import check_flights_differ as check_flights_differ
+from .data_set import check_held_out_is_new as check_held_out_is_new
 from .data_set import check_moving as check_moving
 from .data_set import common_configuration as common_configuration
 from .data_set import demo_files as demo_files
 from .data_set import demo_logs as demo_logs
+from .data_set import drop_excerpts as drop_excerpts
+from .data_set import excitation_notes as excitation_notes
 from .data_set import highest_voltage as highest_voltage
+from .data_set import read_data_set as read_data_set
 from .data_set import read_logs as read_logs
 from .guess import guess as guess
 from .heli_toml import read_configuration as read_configuration
@@ -21,7 +25,7 @@ from .heli_toml import write_template as write_template
 from .log import Event as Event
 from .log import Log as Log
 from .log import write_log as write_log
-from .overlap import share_flight as share_flight
+from .overlap import find_shared_flight as find_shared_flight
 from .plausibility import is_on_grid as is_on_grid
 from .plausibility import quantisation_step as quantisation_step
 from .reading import read_log as read_log

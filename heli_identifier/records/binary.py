@@ -1,11 +1,19 @@
-"""Read binary formats: MATLAB, Parquet, TDMS of LabVIEW, MF4 and MDF of measurement systems.
+"""Read binary formats: MATLAB, Parquet, TDMS of LabVIEW, MF4 and MDF of measurement systems, and Excel.
 
-If a file states the unit of a signal, it is added to the name in brackets, as in a header.
+If a file states the unit of a signal, it is added to the name in brackets, as in a header. Of a workbook the sheet with
+the most rows is read, and its rows are treated like the lines of a text file.
 
-Columns of a MATLAB file have MATLAB's names: a vector ``pitch_rad``; ``run.pitch_rad`` in a struct, to any depth, or a
-table; ``run(i).pitch_rad`` in element i of an array of structs. A matrix holds a signal in each row, ``ans(1,:)``, as
-Simulink's To File and QUARC write it, or in each column, ``log(:,1)``. A struct with a ``label`` and ``values``
-(Simulink's structure with time) or a ``Name`` and ``Data`` (dSPACE) is called by these: ``simout.signals(i).<label>``.
+| in a MATLAB file | column |
+|---|---|
+| vector ``pitch_rad``, column or row | ``pitch_rad`` |
+| the same in a struct ``run``, to any depth | ``run.pitch_rad`` |
+| matrix ``ans`` with a signal in each row, as Simulink's To File and QUARC write it | ``ans(1,:)``, ``ans(2,:)``, ... |
+| matrix ``log`` with a signal in each column | ``log(:,1)``, ... |
+| element i of an array of structs | ``run(i).pitch_rad`` |
+| struct with a ``label`` and ``values``, as in Simulink's structure with time | ``simout.signals(i).<label>`` |
+| struct with a ``Name`` and ``Data``, as dSPACE writes it | ``run.Y(i).<Name>`` |
+| table or timetable | ``run.<variable>`` |
+
 Files of version 7.3 (HDF5) and objects (tables) are read by mat-io.
 
 A damaged file can make the library that reads it crash (such as scipy's reader of MATLAB files), run for ever, or ask
@@ -13,6 +21,7 @@ for all memory: zeros compress to a thousandth. So a separate process with limit
 """
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,17 +29,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heli_identifier.errors import LogError
-from heli_identifier.files import draft_folder
+from heli_identifier.files import check_zip, draft_folder
 from heli_identifier.processes import NoAnswer, call_apart
 
 from .columns import Table, make_table, with_unit
+from .text import read_text
 
 LARGEST_MB = 1000.0
 """Size up to which a file is read, and unpacked [MB]."""
 
 PATIENCE, PATIENCE_PER_MB, MEMORY = 30.0, 3.0, 8_000_000_000
 """Longest time that a reader may take [s], and its growth with the size of the file [s/MB]: some 30 times what readers
-need, because a busy machine or a slow disk is no defect. Memory of its process [bytes]; not limited on Windows."""
+need, because a busy machine or a slow disk is no defect. Memory that the reader may take beyond that of its process
+[bytes]; not limited on Windows."""
 
 _MOST_SIGNALS = 200  # in a matrix; a matrix with more rows and more columns is no log
 _FEWEST_SAMPLES = 100  # in a matrix; one with fewer rows and fewer columns holds gains or the like
@@ -53,7 +64,7 @@ def read_binary(data: bytes, ending: str, file: str) -> Table:
 def _read(path: Path, file: str) -> Table:
     kind, package, read = READERS[path.suffix]
     try:
-        columns = read(path, file)
+        content = read(path, file)
     except (LogError, MemoryError):
         raise
     except ImportError as error:
@@ -62,7 +73,9 @@ def _read(path: Path, file: str) -> Table:
     except Exception as error:  # parsers raise errors of any type on a damaged file
         reason = str(error).replace(str(path), file).strip().splitlines() or [type(error).__name__]
         raise LogError(f"{file} is not readable as {kind} ({reason[0][:200]}); save it again.") from error
-    return make_table(file, [*columns], columns.values())
+    if isinstance(content, Table):
+        return content
+    return make_table(file, [*content], content.values())
 
 
 def _read_parquet(path: Path, file: str) -> _Columns:
@@ -100,16 +113,34 @@ def _read_mdf(path: Path, file: str) -> _Columns:
 
     columns: _Columns = {}
     with asammdf.MDF(path) as source:
-        group = max(range(len(source.groups)), key=lambda index: len(source.groups[index].channels))
-        for number in range(len(source.groups[group].channels)):
-            if number != source.masters_db.get(group):
-                signal = source.get(group=group, index=number, ignore_invalidation_bits=True)
+        groups = [group.groups for group in source.virtual_groups.values()]
+        for index in max(groups, key=lambda group: sum(len(source.groups[member].channels) for member in group)):
+            for number in range(len(source.groups[index].channels)):
+                if number == source.masters_db.get(index):
+                    continue
+                signal = source.get(group=index, index=number, ignore_invalidation_bits=True)
                 values, invalid = signal.samples, signal.invalidation_bits
                 columns.setdefault("time [s]", signal.timestamps)
                 columns[with_unit(signal.name, signal.unit)] = (
                     values if invalid is None else np.where(np.asarray(invalid, dtype=bool), np.nan, values)
                 )
     return columns
+
+
+def _read_workbook(path: Path, file: str) -> Table:
+    """Read the sheet of an Excel workbook that has the most rows."""
+    import pandas
+
+    check_zip(path)
+    with path.open("rb") as stream:
+        sheets = pandas.read_excel(
+            stream, sheet_name=None, header=None, dtype=object, na_filter=False, engine="openpyxl"
+        )
+    title, frame = max(sheets.items(), key=lambda sheet: len(sheet[1]))
+    if len(frame) < 3:
+        raise LogError(f"{file} holds no table in any of its sheets ({', '.join(map(repr, sheets))}).")
+    table = read_text(frame.to_csv(sep="\t", header=False, index=False).encode(), file)
+    return table if len(sheets) == 1 else replace(table, notes=(f"sheet {title!r} is read", *table.notes))
 
 
 def _read_matlab(path: Path, file: str) -> _Columns:
@@ -174,8 +205,9 @@ def _list_structs(value: Any) -> list[dict[str, Any]]:
     return [dict(zip(names, row, strict=True)) for row in np.atleast_1d(array).ravel()] if names else []
 
 
-READERS: dict[str, tuple[str, str, Callable[[Path, str], _Columns]]] = {
+READERS: dict[str, tuple[str, str, Callable[[Path, str], _Columns | Table]]] = {
     ".mat": ("a MATLAB file", "mat-io", _read_matlab),
+    ".xlsx": ("an Excel workbook", "openpyxl", _read_workbook),
     ".parquet": ("a Parquet file", "pyarrow", _read_parquet),
     ".tdms": ("a TDMS file", "npTDMS", _read_tdms),
     ".mf4": ("an MDF file", "asammdf", _read_mdf),

@@ -24,6 +24,7 @@ from .units import ANGLES, COMBINED, NAMED, REFERENCES, VOLTAGES, factor_to_si, 
 
 Array = NDArray[np.float64]
 
+_LONGEST_CELL = 60  # characters of a cell that a message shows
 _BRACKETED = re.compile(r"^(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]$")
 _UNDERSCORED = re.compile(rf"^(?P<name>{'|'.join(NAMED)})_(?P<unit>[A-Za-z]+)_?$", re.IGNORECASE)
 _INDEX = re.compile(r"\((\d+,:|:,\d+)\)$")
@@ -46,48 +47,66 @@ class Table:
 
     file: str  # as messages name it
     headers: tuple[str, ...]
-    columns: tuple[Array, ...]  # shape (N,) each; NaN where a cell holds neither a number nor a time stamp
+    columns: tuple[NDArray[Any], ...]  # shape (N,) each; float if the cells are numbers or time stamps, else object
     first_row: int = 1  # row of the first sample as an editor counts: 2 below a header line, 1 in a MATLAB array
     notes: tuple[str, ...] = ()  # what was left out of the file
 
     def numbers(self, column: Column, rows: slice) -> Array:
         """Return the cells of a signal within ``rows`` in SI units, shape (N,), with the file's sign.
 
-        A LogError names the first cell that holds no finite number.
+        A LogError names the first cell that is empty, not a number or not finite.
         """
-        values = self.columns[column.index][rows]
-        wrong = ~np.isfinite(values)
-        if wrong.any():
-            stamp = " and no time stamp like 2026-03-01T12:00:00.010 (ISO 8601)" if column.signal == "time" else ""
-            raise LogError(
-                f"{self.file}, row {self.first_row + rows.start + int(wrong.argmax())}, column "
-                f"{self.headers[column.index]!r}: the cell holds no finite number{stamp}; correct it, or cut the "
-                "stretch away with --from and --to."
-            )
-        return values * column.factor
+        header, values = repr(self.headers[column.index]), self.values(column)[rows]
+        invalid = ~np.isfinite(values)
+        if invalid.any():
+            sample = rows.start + int(invalid.argmax())
+            text = str(self.columns[column.index][sample]).strip()
+            cell = repr(text if len(text) <= _LONGEST_CELL else f"{text[:_LONGEST_CELL]}...")
+            problem = f"the cell holds {cell}, which is not a finite number"
+            if text in ("", "nan"):  # an empty cell, or one among time stamps that is none, has become NaN
+                problem = "the cell is empty or NaN" + (" or no time stamp" if column.signal == "time" else "")
+            advice = "correct the cell, or cut the stretch away with --from and --to"
+            if column.signal == "time" and ":" in text:
+                advice = "write time stamps like 2026-03-01T12:00:00.010 (ISO 8601)"
+            raise LogError(f"{self.file}, row {self.first_row + sample}, column {header}: {problem}; {advice}.")
+        return values
+
+    def values(self, column: Column) -> Array:
+        """Return all cells of a signal in SI units, shape (N,); NaN where a cell holds no number."""
+        cells = self.columns[column.index]
+        if cells.dtype.kind != "f":
+            import pandas
+
+            cells = pandas.to_numeric(pandas.Series(cells).astype(str), errors="coerce").to_numpy(dtype=float)
+        return cells * column.factor
 
 
 def make_table(
     file: str, headers: Sequence[str], columns: Iterable[Any], first_row: int = 1, notes: tuple[str, ...] = ()
 ) -> Table:
     """Make a table of columns, shape (N,) each; one of time stamps gets the unit s."""
-    cells = [_read_cells(np.asarray(values)) for values in columns]
-    titles = [with_unit(header, unit) for header, (_, unit) in zip(headers, cells, strict=True)]
-    return Table(file, tuple(titles), tuple(numbers for numbers, _ in cells), first_row, notes)
+    titles, arrays = list(headers), list[NDArray[Any]]()
+    for index, values in enumerate(columns):
+        array = np.asarray(values)
+        if (seconds := _read_stamps(array)) is not None:
+            titles[index], array = with_unit(titles[index], "s"), seconds
+        arrays.append(array.astype(float if array.dtype.kind in "iuf" else object, copy=False))
+    return Table(file, tuple(titles), tuple(arrays), first_row, notes)
 
 
-def _read_cells(cells: NDArray[Any]) -> tuple[Array, str]:
-    """Convert cells, shape (N,), to numbers, others to NaN; or time stamps to seconds since the first one, unit s."""
-    if cells.dtype.kind in "iuf":
-        return cells.astype(float, copy=False), ""
+def _read_stamps(cells: NDArray[Any]) -> Array | None:
+    """Convert time stamps, shape (N,), to seconds since the first one, others to NaN; None if the first one is none."""
+    first = str(cells[0]).strip() if len(cells) else ""
+    if cells.dtype.kind != "M" and ":" not in first:
+        return None
     import pandas
 
-    texts = pandas.Series(cells).astype(str).str.strip()
-    numbers = np.asarray(pandas.to_numeric(texts, errors="coerce"), dtype=float)
-    stamps = pandas.to_datetime(texts, format="ISO8601", errors="coerce", utc=True)
-    if np.isnan(numbers[:1]).any() and stamps[:1].notna().any():
-        return np.asarray((stamps - stamps[0]).dt.total_seconds(), dtype=float), "s"
-    return numbers, ""
+    stamps = pandas.Series(cells)
+    if cells.dtype.kind != "M":
+        day = "" if "-" in first else "2000-01-01T"  # completes a time of day without a date
+        stamps = pandas.to_datetime(day + stamps.astype(str).str.strip(), format="ISO8601", errors="coerce", utc=True)
+    seconds = (stamps - stamps.iloc[0]).dt.total_seconds().to_numpy(dtype=float)
+    return seconds if np.isfinite(seconds[0]) else None
 
 
 def find_columns(table: Table, format: LogFormat) -> list[Column]:
@@ -98,7 +117,8 @@ def find_columns(table: Table, format: LogFormat) -> list[Column]:
     has no column or several, that two signals have the same column, that a unit is missing or unknown, or that columns
     differ in length, as vectors of MATLAB can.
     """
-    file, headers, names = table.file, table.headers, format.columns
+    file, headers = table.file, table.headers
+    names = {**format.columns, **{f"{axis}_reference": name for axis, name in format.references.items()}}
     places = {signal: _find_places(signal, names.get(signal), headers) for signal in (*NAMED, *REFERENCES)}
     has_sum = any(signal in names for signal in COMBINED) or (
         all(places[signal] for signal in COMBINED) and not any(places[signal] for signal in VOLTAGES)
@@ -150,15 +170,17 @@ def _describe_missing(
 ) -> str:
     """Say which columns are missing, which columns the file has, and what to do."""
     texts = [names.get(signal, header(signal)) for signal in missing]
+    columns, them = ("column", "it") if len(missing) == 1 else ("columns", "them")
+    section = "[log.references]" if missing[0] in REFERENCES else "[log.columns]"
     unused = [text for index, text in enumerate(headers) if index not in taken]
-    proposal = did_you_mean(texts[0], unused) if len(missing) == 1 else ""
+    proposal = (did_you_mean(texts[0], unused) if len(missing) == 1 else "") or "."
     if not taken:
         proposal = f"; `heli init {file}` looks into the log and writes one."
     listed = ", ".join(repr(text[:60]) for text in headers[:_MOST_HEADERS])
     more = f" and {len(headers) - _MOST_HEADERS} more" if len(headers) > _MOST_HEADERS else ""
     return (
-        f"{file}: {', '.join(map(repr, texts))} missing, found {listed}{more}; rename columns or map them under "
-        f"[log.columns] of {HELI_TOML}{proposal or '.'}"
+        f"{file}: {columns} {', '.join(map(repr, texts))} missing, found {listed}{more}; rename the {columns} or map "
+        f"{them} under {section} of {HELI_TOML}{proposal}"
     )
 
 

@@ -14,11 +14,13 @@ from heli_plant.effects import CATALOGUE, effect_of
 from heli_plant.errors import did_you_mean
 from heli_plant.geometry import Geometry
 
-from .units import ANGLES, COMBINED, NAMED, REFERENCES, SI_UNIT, known_units, parse_unit
+from .units import ANGLES, COMBINED, NAMED, SI_UNIT, VOLTAGES, known_units, parse_unit
 
 LOWEST_LIMIT, HIGHEST_VOLTAGE = 0.1, 30.0
 """Limit of an amplifier [V] below which no rotor turns, and voltage [V] above which no bench motor runs. The second is
 also the limit of the units' inputs: every diagnosis is flown in a unit before it is delivered."""
+
+MOST_COUNTS = 2**32  # of an encoder per turn: the finest that are made
 
 
 def bounded(default: Any, unit: str, lower: float, upper: float) -> Any:
@@ -46,44 +48,56 @@ class LogFormat:
 
     columns: Mapping[str, str] = field(default_factory=dict)
     """Headers of signals, if they differ from the default; v_sum and v_difference replace v_front and v_rear in a log
-    that holds their sum and difference. A log may lack references, such as ``pitch_reference [rad]``."""
+    that holds their sum and difference."""
     units: Mapping[str, str] = field(default_factory=dict)
-    """Unit of a signal; overrides the unit in the header. A reference without a unit has that of its axis."""
+    """Unit of a signal; overrides the unit in the header."""
     signs: Mapping[str, int] = field(default_factory=dict)
-    """+1 or -1 for the column of a voltage or angle; a reference has the sign of its axis."""
+    """+1 or -1 for a voltage or angle; the other signals keep their sign."""
+    references: Mapping[str, str] = field(default_factory=dict)
+    """Header of the reference of an axis, if it is not ``pitch_reference [rad]`` or alike; its unit and sign are those
+    of the axis if the header states no unit."""
     swap_rotors: bool = False
     """Whether to exchange front and rear voltage, after columns and signs were applied."""
     start: float | None = None
     end: float | None = None
     """First and last instant to read, in the file's time [s]."""
-    encoder_counts: tuple[int, int, int] = bounded((4096, 4096, 8192), "1", 1, 2**32)  # the finest that are made
+    encoder_counts: tuple[int, int, int] = (4096, 4096, 8192)
     """Counts per turn of the pitch, elevation and travel encoders."""
     voltage_limit: float = bounded(5.0, "V", LOWEST_LIMIT, HIGHEST_VOLTAGE)
-    """Limit of the amplifiers' voltage [V]. A log that exceeds it is read as it is."""
+    """Limit of the amplifiers' voltage [V]. A log that exceeds it is read, and a note says so."""
     clip: bool = False
     """Whether the file holds voltages before the amplifiers limit them; they are then limited on reading."""
 
     def __post_init__(self) -> None:
         check_bounds("rig.", self)
-        for name, known in (("columns", (*NAMED, *REFERENCES)), ("units", NAMED), ("signs", NAMED)):
+        for name, known in (("columns", NAMED), ("units", NAMED), ("signs", NAMED), ("references", ANGLES)):
             for key in getattr(self, name):
-                refuse(key not in known, f"log.{name}.{key} is not a signal; choose one of {', '.join(known)}.")
+                problem = "is no axis" if known is ANGLES else "is not a signal"
+                refuse(key not in known, f"log.{name}.{key} {problem}; choose one of {', '.join(known)}.")
         for signal, unit in self.units.items():
             message = f"log.units.{signal} = {unit!r} is unknown; choose one of {', '.join(known_units(signal))}."
             refuse(parse_unit(signal, unit) is None, message)
         for signal, sign in self.signs.items():
             message = f"log.signs.{signal} = {sign} is refused; voltages and angles take 1 or -1, time takes no sign."
             refuse(signal == "time" or sign not in (-1, 1), message)
+        counts = self.encoder_counts
+        are_counts = len(counts) == len(ANGLES) and all(1 <= count <= MOST_COUNTS for count in counts)
+        message = f"rig.encoder_counts = {counts} must be counts per turn in [1, {MOST_COUNTS}] of {', '.join(ANGLES)}."
+        refuse(not are_counts, message)
 
     def to_project_signs(self, signals: Mapping[str, Any]) -> dict[str, Any]:
-        """Convert numbers or arrays, by their signal, to the project's signs, sum and difference to two voltages."""
-        values = {name: value * self.signs.get(name.removesuffix("_reference"), 1) for name, value in signals.items()}
-        if "v_sum" in values:
-            total, difference = (values.pop(name) for name in COMBINED)
-            values |= {"v_front": 0.5 * (total + difference), "v_rear": 0.5 * (total - difference)}
-        if self.swap_rotors:
+        """Convert numbers or arrays, by their signal, to the project's signs, and sum and difference to two voltages.
+
+        Opposite signs of sum and difference exchange front and rear voltage; the sign of the sum applies to both.
+        """
+        signals, signs = dict(signals), dict.fromkeys(NAMED, 1) | dict(self.signs)
+        if "v_sum" in signals:
+            total, difference = (signals.pop(name) for name in COMBINED)
+            signals |= {"v_front": 0.5 * (total + difference), "v_rear": 0.5 * (total - difference)}
+        values = {name: value * signs[name.removesuffix("_reference")] for name, value in signals.items()}
+        if (signs["v_sum"] != signs["v_difference"]) != self.swap_rotors:
             values["v_front"], values["v_rear"] = values["v_rear"], values["v_front"]
-        return values
+        return values | {name: signs["v_sum"] * values[name] for name in VOLTAGES}
 
     def counts_per_turn(self, signal: str) -> int:
         """Return the counts per turn of an angle's encoder; 1 for a signal without an encoder."""

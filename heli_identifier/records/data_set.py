@@ -1,9 +1,9 @@
 """Several logs of one rig as one data set, for training or held out; and the data sets that come with the package."""
 
+import os
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import combinations
 from os import PathLike
 from pathlib import Path
 
@@ -13,7 +13,8 @@ from heli_identifier.errors import LogError
 
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
-from .overlap import share_flight
+from .overlap import find_shared_flight
+from .plausibility import STANDING_STILL, why_still
 from .reading import read_log
 from .units import ANGLES
 
@@ -21,11 +22,8 @@ LogSource = Log | str | PathLike[str]
 """A log, or the file of one with the default columns; `read_log` reads others."""
 
 DEMO_RIGS = ("rig-a", "rig-b", "rig-c")
-LEAST_MOTION = 4e-3
-"""Least range of an angle that moves [rad]: an encoder of 4096 counts at rest flickers over two counts of 1.5e-3 rad,
-and a rig that hovers quietly moves further."""
-
 _CONSTANT_V = 1e-3  # a voltage that varies by less [V] moves no propeller
+_STILL_SHARE = 0.1  # of the training logs' excitation; below it a log holds a hundredth of their information
 
 
 def read_logs(
@@ -39,6 +37,18 @@ def read_logs(
     return _make_names_unique([log if isinstance(log, Log) else read_log(log, format, start, end) for log in sources])
 
 
+def read_data_set(
+    training: Sequence[str | PathLike[str]],
+    held_out: Sequence[str | PathLike[str]] = (),
+    format: LogFormat | RigConfiguration = CONTRACT,
+    start: float | None = None,
+    end: float | None = None,
+) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
+    """Read training logs and held-out logs as `read_log` does, with names that are unique among all of them."""
+    logs = read_logs((*training, *held_out), format, start, end)
+    return logs[: len(training)], logs[len(training) :]
+
+
 def demo_files(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
     """Return the files of the training logs and of the held-out logs of a demonstration rig, one of `DEMO_RIGS`."""
     if rig not in DEMO_RIGS:
@@ -50,18 +60,20 @@ def demo_files(rig: str) -> tuple[tuple[Path, ...], tuple[Path, ...]]:
 
 def demo_logs(rig: str) -> tuple[tuple[Log, ...], tuple[Log, ...]]:
     """Read the training logs and the held-out logs of a demonstration rig, one of `DEMO_RIGS`."""
-    training, held_out = demo_files(rig)
-    logs = read_logs((*training, *held_out))
-    return logs[: len(training)], logs[len(training) :]
+    return read_data_set(*demo_files(rig))
 
 
 def _make_names_unique(logs: Sequence[Log]) -> tuple[Log, ...]:
-    """Append a number to a name that an earlier log has."""
+    """Put folders before equal names of files in different folders, and number names that are still equal."""
     renamed, count = list[Log](), Counter[str]()
+    folders = {log.path: Path(os.path.realpath(log.path)).parent.parts for log in logs if log.path}
     for log in logs:
-        count[log.name] += 1
-        if (number := count[log.name]) > 1:  # a copy takes as much memory again
-            name = f"{log.name} ({number})"
+        name, of_name = log.name, [folders[other.path] for other in logs if other.name == log.name and other.path]
+        if log.path:
+            name = "/".join((*folders[log.path][len(os.path.commonprefix(of_name)) :], name))
+        count[name] += 1
+        name = name if count[name] == 1 else f"{name} ({count[name]})"
+        if name != log.name:  # a copy takes as much memory again
             log = replace(log, name=name, events=tuple(replace(event, log=name) for event in log.events))
         renamed.append(log)
     return tuple(renamed)
@@ -80,33 +92,66 @@ def check_excitation(logs: Sequence[Log]) -> None:
     for what, weights in (("v_front", (1, 0)), ("v_rear", (0, 1)), ("v_front - v_rear", (1, -1))):
         if max(float(np.ptp(log.voltages @ weights)) for log in logs) < _CONSTANT_V:
             raise LogError(
-                f"{', '.join(log.path or log.name for log in logs)}: {what} is constant in every log, so there is "
-                "nothing to identify; excite the rig, for instance with the Exciter's square and chirp, or correct the "
-                "columns."
+                f"{', '.join(map(_path_or_name, logs))}: {what} is constant in every log, so there is nothing to "
+                "identify; excite the rig, for instance with the Exciter's square and chirp, or correct the columns."
             )
 
 
 def check_moving(logs: Sequence[Log]) -> None:
     """Raise a LogError for a log in which an axis stands still: it cannot judge a model of three free axes."""
     for log in logs:
-        for axis, extent in zip(ANGLES, np.ptp(log.angles, axis=0), strict=True):
-            if extent < LEAST_MOTION:
-                moves = f"moves by {extent:.2g} rad in all, no more than an encoder flickers"
+        still = [f"{axis} {why}" for axis, angle in zip(ANGLES, log.angles.T, strict=True) if (why := why_still(angle))]
+        if still:
+            needed = f"{STANDING_STILL}, and a diagnosis needs all three axes to move; leave the log out"
+            raise LogError(f"{_path_or_name(log)}: {' and '.join(still)}: {needed}.")
+
+
+def check_held_out_is_new(training: Sequence[Log], held_out: Sequence[Log]) -> None:
+    """Raise a LogError for a held-out log that shares flight with another log: it must be new to the model."""
+    check_flights_differ(held_out, training, "is held out for validation but shares")
+
+
+def check_flights_differ(logs: Sequence[Log], others: Sequence[Log] = (), shares: str = "shares") -> None:
+    """Raise a LogError for the first of ``logs`` that shares flight with ``others`` or one before it."""
+    for index, log in enumerate(logs):
+        for other in (*others, *logs[:index]):
+            if flight := find_shared_flight(other, log):
+                where = f"{flight[2]:.0f} s from {flight[1]:.0f} s on, there from {flight[0]:.0f} s on"
                 raise LogError(
-                    f"{log.path or log.name}: {axis} {moves if extent else 'never changes'}: a clamped axis or a dead "
-                    "encoder tells nothing about itself, and a diagnosis needs all three axes to move; leave the log "
-                    "out."
+                    f"{_path_or_name(log)} {shares} samples with {_path_or_name(other)} ({where}); give a log, or a "
+                    "stretch of it, that has no other use."
                 )
 
 
-def check_flights_differ(logs: Sequence[Log]) -> None:
-    """Raise a LogError for a log that shares flight with another one: it would count twice, or judge what it taught."""
-    for one, other in combinations(logs, 2):
-        if share_flight(one, other):
-            raise LogError(
-                f"{other.path or other.name} shares a flight with {one.path or one.name}, which would count twice or "
-                "judge what was fitted to it; leave one out, or give a stretch of it that has no other use."
-            )
+def drop_excerpts(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
+    """Leave out training logs that share flight with a longer one, such as its excerpts; return a note for each."""
+    kept, notes = list[Log](), list[str]()
+    for log in sorted(training, key=lambda log: -log.duration):
+        for longer in kept:
+            if flight := find_shared_flight(longer, log):
+                notes.append(
+                    f"{_path_or_name(log)} is left out: {flight[2]:.0f} s of it are the same flight as "
+                    f"{_path_or_name(longer)}, and what is counted twice seems twice as certain"
+                )
+                break
+        else:
+            kept.append(log)
+    return tuple(log for log in training if log in kept), tuple(notes)
+
+
+def excitation_notes(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[str, ...]:
+    """Describe the held-out logs whose voltages vary far less than those of the training logs."""
+    notes = []
+    for what, axes, weights in (("sum", "the elevation", (1, 1)), ("difference", "pitch and travel", (1, -1))):
+        usual = float(np.median([(log.voltages @ weights).std() for log in training]))
+        for log in held_out:
+            deviation = float((log.voltages @ weights).std())
+            if deviation < _STILL_SHARE * usual:
+                notes.append(
+                    f"{_path_or_name(log)} is held out and hardly excited: the {what} of its voltages has a standard "
+                    f"deviation of {deviation:.2g} V, that of the training logs {usual:.2g} V. It says little on {axes}"
+                )
+    return tuple(notes)
 
 
 def highest_voltage(logs: Sequence[Log], limit: float) -> tuple[float, tuple[str, ...]]:
@@ -115,3 +160,7 @@ def highest_voltage(logs: Sequence[Log], limit: float) -> tuple[float, tuple[str
     beyond = f"voltages reach {highest:.2f} V, beyond the limit of {limit:g} V"
     remedy = "the plant saturates at the highest voltage of the training logs. Set the rig's limit in its configuration"
     return (highest, (f"{beyond}; {remedy}",)) if highest > limit else (limit, ())
+
+
+def _path_or_name(log: Log) -> str:
+    return log.path or log.name

@@ -1,7 +1,7 @@
 """Guess what an unknown log holds: its columns, units and signs, each with the reason.
 
 An unambiguous name decides. The time is the column that increases evenly. The unit of an angle follows from the size of
-its steps, which are those of an encoder, or from its range.
+its steps, which are those of an encoder, from jumps by a turn, or from its range.
 
 If columns have no names, as in the unnamed matrices of Simulink and QUARC, every choice of pitch p, elevation e, travel
 t and a pair of voltages is scored by the shares of the three accelerations that the voltages explain (`response`),
@@ -10,7 +10,8 @@ t and a pair of voltages is scored by the shares of the three accelerations that
 
 The travel counts most: nothing else moves it, so nine tenths or more of it are explained even if a controller has made
 all signals depend on each other. The pair may be front and rear, or sum and difference. Columns that are the derivative
-of another one are no candidates. If three columns have steps, as encoders make them, the angles are among these.
+of another one are no candidates. An encoder measures in steps, so a column with steps is preferred to a reference or an
+estimate of an angle.
 """
 
 import re
@@ -45,9 +46,7 @@ _NAMES = {
 }
 _REFERENCE = r"ref(erence)?|set_?point|desired|command(ed)?|cmd|target|demand|soll"
 """Words for the reference of an axis."""
-_REFERENCES = {
-    f"{axis}_reference": rf"({_REFERENCE})_?({_NAMES[axis]})|({_NAMES[axis]})_?({_REFERENCE})" for axis in ANGLES
-}
+_REFERENCES = {axis: rf"({_REFERENCE})_?({_NAMES[axis]})|({_NAMES[axis]})_?({_REFERENCE})" for axis in ANGLES}
 _COUNTS = (1000, 1024, 1440, 2000, 2048, 2500, 4000, 4096, 5000, 8000, 8192, 10000, 16384, 20000)
 """Usual counts per turn of encoders."""
 _TRAVEL_SURE = 4.0  # score from which the sign of the travel's gain is known
@@ -56,6 +55,7 @@ _MOST_COLUMNS = 24  # that are searched; the work grows with the fourth power of
 _LARGEST = 1e9  # to which values are clipped; a column may hold anything
 _STEPS = (1.0 / 2100.0, 1.0 / 45.0)  # range of sampling intervals [s] in which a unit of the time is probable
 _FRONT_REAR_BONUS = 0.05  # by which front and rear are preferred to sum and difference if a file holds both
+_ENCODER_BONUS = 0.3  # by which an angle with the steps of an encoder is preferred
 _MIRRORED = (
     "no column is called front, so this log cannot say which rotor is the front one: the mirror image of the rig "
     "(rotors exchanged, swap_rotors = true, and pitch and travel of the other sign) fits as well; and a file may hold "
@@ -77,7 +77,9 @@ def guess(path: str | PathLike[str]) -> Guess:
     table, _ = open_table(Path(path))
     headers, reasons = table.headers, dict[str, str]()
     named = _find_names(headers, _NAMES) | _find_names(headers, {signal: signal for signal in _NAMES})
-    numbers = {i: v for i, v in enumerate(table.columns) if len(v) > 1 and np.isfinite(v).mean() > 0.99}
+    numbers = {
+        i: v for i, v in enumerate(table.columns) if v.dtype.kind == "f" and len(v) > 1 and np.isfinite(v).mean() > 0.99
+    }
     time, unit, seconds = _find_time(table, numbers, named.get("time"), reasons)
     rate_hz = 1.0 / float(np.median(np.diff(seconds)))
     check_extent(rate_hz, len(seconds), table.file)
@@ -93,6 +95,7 @@ def guess(path: str | PathLike[str]) -> Guess:
             "and three angles of a rig are not found; name them under [log.columns]: `heli init` writes a heli.toml "
             "with every key explained."
         )
+    columns = {signal: headers[index] for signal, index in ({"time": time} | chosen).items()}
     units, counts, values = {"time": unit}, dict[str, int](), dict[str, Array]()
     for signal, index in chosen.items():
         units[signal], reasons[f"units.{signal}"], count = _guess_unit(signal, headers[index], candidates[index])
@@ -103,23 +106,25 @@ def guess(path: str | PathLike[str]) -> Guess:
     limit = CONTRACT.voltage_limit
     highest = float(np.abs(voltages).max())
     if clip := highest > 1.001 * limit:
-        instead = f"if the motors got them, set voltage_limit = {np.ceil(highest):g} under [rig] instead"
-        reasons["clip"] = f"the voltages exceed {limit:g} V, as commands before the amplifiers' limit do; {instead}"
+        reasons["clip"] = (
+            f"the voltages exceed {limit:g} V, so they are taken for commands before the amplifiers limit them; if the "
+            f"motors got them, set voltage_limit = {np.ceil(highest):g} under [rig] and take this away"
+        )
     start = _find_take_off(seconds, values["elevation"], reasons)
     first = 0 if start is None else int((seconds >= start).argmax())
     gains = response.find_responses(np.clip(voltages, -limit, limit)[first:], angles[first:], rate_hz)
-    signs, swap = _guess_signs(gains, reasons)
+    signs, swap = _guess_signs("v_front" in chosen, gains, reasons)
     for signal in chosen:
         axis = signal if signal in ANGLES else "pitch" if signal == "v_difference" else "travel"
         share = f"{100.0 * gains.share[ANGLES.index(axis)]:.0f} %"
-        reasons[f"columns.{signal}"] = f"the voltages explain {share} of the {axis}'s acceleration"
+        explains = f"the voltages explain {share} of its" if signal in ANGLES else f"explains {share} of the {axis}'s"
+        reasons[f"columns.{signal}"] = f"{explains} acceleration"
+    reasons |= {f"columns.{signal}": f"called {headers[named[signal]]!r}" for signal in columns if signal in named}
     free = [text if i in candidates and i not in chosen.values() else "" for i, text in enumerate(headers)]
-    named |= (references := _find_names(free, _REFERENCES))
-    places = {"time": time} | chosen | references
-    reasons |= {f"columns.{signal}": f"called {headers[named[signal]]!r}" for signal in places if signal in named}
-    columns = {signal: headers[index] for signal, index in places.items()}
+    references = {axis: headers[index] for axis, index in _find_names(free, _REFERENCES).items()}
+    reasons |= {f"references.{axis}": f"called {text!r}" for axis, text in references.items()}
     encoders = (counts["pitch"], counts["elevation"], counts["travel"])
-    format = LogFormat(columns, units, signs, swap, start, None, encoders, clip=clip)
+    format = LogFormat(columns, units, signs, references, swap, start, None, encoders, clip=clip)
     return Guess(format, reasons, _list_doubts(named, gains))
 
 
@@ -175,8 +180,8 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
     known = {signal: [indices.index(index)] for signal, index in named.items() if index in candidates}
     excluded = response.find_derivatives(signals) | {place for (place,) in known.values()}
     free = [i for i, extent in enumerate(np.ptp(values, axis=0)) if extent > 0.0 and i not in excluded]
-    # by encoders; a reference or an estimate of an angle is smooth
-    measured = [i for i in free if quantisation_step(columns[:, i]) > 0.0]
+    bonus = [_ENCODER_BONUS * (quantisation_step(column) > 0.0) for column in columns.T]
+    measured = [i for i in free if bonus[i]]  # by encoders; a reference or an estimate of an angle is smooth
     options = dict.fromkeys((*VOLTAGES, *COMBINED), free)
     options |= dict.fromkeys(ANGLES, measured if len(measured) >= len(ANGLES) else free) | known
     count = {kind: len(known.keys() & {*kind}) for kind in (VOLTAGES, COMBINED)}
@@ -189,12 +194,12 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
     v, w = values[:, first], values[:, second]
     total, difference = np.where(is_front_rear, v + w, v), np.where(is_front_rear, v - w, w)
     by_total, by_difference = (response.filter_columns(v, step).value for v in (total, difference))
-    elevation = {e: fit_gains(signals, e, by_total).share for e in options["elevation"]}
+    elevation = {e: fit_gains(signals, e, by_total).share + bonus[e] for e in options["elevation"]}
     best, chosen = 0.0, dict[str, int]()
     for p in options["pitch"]:
         by_thrust = response.filter_columns(total * np.sin(factors[p] * angles[:, [p]]), step).value
-        pitch = fit_gains(signals, p, by_difference).share + _FRONT_REAR_BONUS * is_front_rear
-        travel = {t: 2.0 * fit_gains(signals, t, by_thrust).share for t in options["travel"]}
+        pitch = fit_gains(signals, p, by_difference).share + bonus[p] + _FRONT_REAR_BONUS * is_front_rear
+        travel = {t: 2.0 * fit_gains(signals, t, by_thrust).share + bonus[t] for t in options["travel"]}
         for e, t in product(elevation, travel):
             is_other = ~np.isin(np.transpose((first, second)), (p, e, t)).any(axis=1)
             score = np.where(is_other, pitch + elevation[e] + travel[t], -np.inf)
@@ -207,25 +212,34 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
 
 def _guess_unit(signal: str, header: str, values: Array) -> tuple[str, str, int | None]:
     """Guess the unit of a column, with the reason and, if its steps show them, the counts per turn of its encoder."""
-    header_unit = name_and_unit(header)[1]
-    guessed = _guess_angle_unit(values) if signal in ANGLES else ("V", f"reaches {np.abs(values).max():.3g}", None)
+    header_unit, sizes = name_and_unit(header)[1], np.abs(values)
+    unit = "mV" if 200.0 < sizes.max() < 5e4 and np.median(sizes) > 100.0 else "V"
+    guessed = _guess_angle_unit(values) if signal in ANGLES else (unit, f"reaches {sizes.max():.3g}", None)
     if stated := parse_unit(signal, header_unit or ""):
         return stated, f"its header says [{header_unit}]", guessed[2]
     return guessed
 
 
 def _guess_angle_unit(values: Array) -> tuple[str, str, int | None]:
-    """Guess the unit of an angle from its steps or its range; the rest as `_guess_unit`."""
+    """Guess the unit of an angle from its steps or its range; the rest as `_guess_unit`.
+
+    Jumps of nearly a turn, beyond which no value lies, show how large a turn is.
+    """
+    extent, jump = float(np.ptp(values)), float(np.abs(np.diff(values)).max())
+    turns = (turn for turn in (2.0 * np.pi, 360.0, *_COUNTS) if extent < 1.001 * turn and jump > 0.95 * turn)
+    wrapped = next(turns, 0.0)
     if step := quantisation_step(values):
         if abs(step - 1.0) < 1e-6:
-            return "counts", "it changes by whole numbers", None
+            return "counts", "it changes by whole numbers", int(wrapped) if wrapped in _COUNTS else None
         for count in _COUNTS:
             for unit, turn in (("rad", 2.0 * np.pi), ("deg", 360.0)):
                 if abs(step * count / turn - 1.0) < 2e-3:
                     return unit, f"it changes by {step:.5g}, a {count}th of a turn in {unit}", count
+    if stated := {2.0 * np.pi: "rad", 360.0: "deg"}.get(wrapped):
+        return stated, f"it jumps by {jump:.4g}, a turn in {stated}", None
     largest = float(np.abs(values).max())
-    unit, size = ("deg", "more") if largest > 2.001 * np.pi else ("rad", "less")
-    return unit, f"it reaches {largest:.3g}, {size} than a turn in rad", None
+    unit, size = ("deg", "more") if largest > np.pi else ("rad", "less")
+    return unit, f"it reaches {largest:.3g}, {size} than half a turn in rad", None
 
 
 def _find_take_off(seconds: Array, elevation: Array, reasons: dict[str, str]) -> float | None:
@@ -240,7 +254,7 @@ def _find_take_off(seconds: Array, elevation: Array, reasons: dict[str, str]) ->
     return float(np.ceil(lift_off + 4.0))
 
 
-def _guess_signs(gains: Gains, reasons: dict[str, str]) -> tuple[dict[str, int], bool]:
+def _guess_signs(has_front: bool, gains: Gains, reasons: dict[str, str]) -> tuple[dict[str, int], bool]:
     """Find the signs that give the model's gains, k_x > 0, k_z > 0 and k_y < 0, and whether to swap the rotors."""
     # A sign is changed only if it is beyond doubt; a gain that a closed loop hides counts as correct.
     sure = np.abs(gains.score) > (response.PITCH_SURE, response.ELEVATION_SURE, _TRAVEL_SURE)
@@ -248,8 +262,11 @@ def _guess_signs(gains: Gains, reasons: dict[str, str]) -> tuple[dict[str, int],
     changed: dict[str, str] = {}  # the reason for each change
     if k_z < 0.0:
         changed["elevation"] = "a larger sum of the voltages lowers it in the file"
-    if swap := bool(k_x < 0.0 and k_y < 0.0):
-        reasons["swap_rotors"] = "a larger front voltage lowers the pitch, and the travel follows the pitch"
+    swap = bool(has_front and k_x < 0.0 and k_y < 0.0)
+    if swap:
+        reasons["swap_rotors"] = "what the file calls front lowers the pitch, and the travel follows the pitch"
+    elif k_x < 0.0 and k_y < 0.0:
+        changed["v_difference"] = "it lowers the pitch, and the travel follows the pitch"
     elif k_x < 0.0:
         changed["pitch"] = "a larger front voltage lowers it in the file"
     elif k_y > 0.0:

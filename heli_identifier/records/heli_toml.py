@@ -6,6 +6,7 @@ keys and their types. The classes in `configuration` check the bounds.
 """
 
 import json
+import re
 import tomllib
 from os import PathLike
 from pathlib import Path
@@ -49,7 +50,8 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
     try:
         content = tomllib.loads(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError as well
-        raise ConfigurationError(f"{path} is not TOML: {error}{advice}.") from error
+        problem = "is nested too deeply" if isinstance(error, RecursionError) else f"is not TOML: {error}"
+        raise ConfigurationError(f"{path} {problem}{advice}.") from error
     try:
         examples = read_examples()
         return _make_configuration(_read_section("", dict.fromkeys(examples, {}) | content, examples))
@@ -61,17 +63,17 @@ def _read_section(prefix: str, content: dict[str, Any], examples: dict[str, Any]
     """Return the values of a section, each of the type of its example; effects may have any name."""
     for name in content:
         if name not in examples and prefix != "rig.effects.":
+            quoted = name if re.fullmatch(r"[\w-]+", name) else repr(name)
             advice = did_you_mean(name, examples) or f"; choose one of {', '.join(examples)}."
-            raise ConfigurationError(f"key {prefix}{name} is unknown{advice}")
+            raise ConfigurationError(f"key {prefix}{quoted} is unknown{advice}")
     effect = [1.0, 0.1]
     return {name: _read_value(f"{prefix}{name}", value, examples.get(name, effect)) for name, value in content.items()}
 
 
 def _read_value(key: str, value: Any, example: Any) -> Any:
     """Return the value of a key, if it has the type of its example; a list as a tuple."""
-    if type(value) is int:
-        value = min(max(value, -(10**300)), 10**300)  # it may be larger than any float
-        value = float(value) if isinstance(example, float) else value
+    if isinstance(example, float) and type(value) is int:
+        value = float(min(max(value, -1e300), 1e300))  # it may be larger than any float
     if isinstance(example, list) and isinstance(value, list) and len(value) == len(example):
         return tuple(_read_value(key, number, 1.0) for number in value)
     if type(value) is not type(example) or isinstance(example, list):
@@ -131,7 +133,7 @@ def _describe_guess(guess: "Guess") -> str:
     format = guess.format
     sections = {"rig.encoder_counts": {axis: format.counts_per_turn(axis) for axis in ANGLES}}
     sections["log"] = {key: getattr(format, key) for key in ("start", "swap_rotors", "clip") if key in guess.reasons}
-    sections |= {f"log.{name}": getattr(format, name) for name in ("columns", "units", "signs")}
+    sections |= {f"log.{name}": getattr(format, name) for name in ("columns", "units", "references", "signs")}
     for section, values in sections.items():
         lines += ["", f"[{section}]"] if values else []
         for key, value in values.items():

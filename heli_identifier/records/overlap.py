@@ -9,13 +9,11 @@ place, without an offset, a drift and a shift by less than a sample, their diffe
 
 Its correlation r from sample to sample is 0 for white noise, with a standard error of 1/sqrt(N), and nearly 1 for a
 difference that the rig integrated. A piece is shared if r is at most :data:`WHITE` on every axis that moves. Logs share
-flight if two successive pieces are shared with the same lag.
+flight if at least :data:`PIECES` pieces with the same lag are shared, and half of the pieces between them.
 
 Source: Lewis, Fast Normalized Cross-Correlation, 1995 (the difference at every lag from one transform and running
 sums).
 """
-
-from itertools import pairwise
 
 import numpy as np
 from scipy.signal import correlate
@@ -25,7 +23,8 @@ from .log import Log
 
 RATE = 25.0  # of the common grid [Hz]
 PIECE = 8.0  # length of a piece [s]
-SAME_LAG = 0.2  # largest difference of lags [s] of successive pieces: by chance two pieces do not fit at the same lag
+PIECES = 2  # least number of shared pieces: by chance two do not fit at the same lag
+SAME_LAG = 0.2  # largest difference of lags [s] within a shared stretch: clocks differ by 1 in 1000 over minutes
 WHITE = 0.5
 """Correlation from sample to sample that noise does not reach: seven standard errors of 200 samples. Interpolation and
 rounded digits give .2 at most; two flights with the same voltages in the calmest of the generated rooms give more than
@@ -36,25 +35,33 @@ MOVES = 1e-3  # least standard deviation [rad] of an angle that moves within a p
 LARGEST_DIFFERENCE = 0.2  # share of an angle's power that the difference of a shared piece may have
 
 
-def share_flight(one: Log, other: Log) -> bool:
-    """Whether two logs share a stretch of flight, by their angles: two flights may have the same voltages.
+def find_shared_flight(one: Log, other: Log) -> tuple[float, float, float] | None:
+    """Find a stretch of flight that two logs share, by their angles: two flights may have the same voltages.
 
-    They do if they overlap in one file, or share two successive pieces in which two axes move.
+    Returns its start in either log since its first sample [s], and its length [s]; None if they share less than
+    :data:`PIECES` pieces in which two axes move, and are not read from the same bytes.
     """
-    overlap = min(one.start + one.duration, other.start + other.duration) - max(one.start, other.start)
-    if one.sha256 == other.sha256 != "" and overlap > 0.5 * one.step:  # half a step is rounding
-        return True
+    begin, end = max(one.start, other.start), min(one.start + one.duration, other.start + other.duration)
+    if one.sha256 == other.sha256 != "" and end - begin > 0.5 * one.step:  # half a step is rounding
+        return begin - one.start, begin - other.start, end - begin
     rate = min(RATE, one.rate_hz, other.rate_hz)
     short, long = sorted((one, other), key=lambda log: log.duration)
     x, y = _on_grid(short, rate), _on_grid(long, rate)
-    n, lags = round(PIECE * rate), list[float]()  # of each piece of the shorter log [s]; NaN if it is not shared
-    if len(x) < 2 * n:
-        return False
+    n, shared = round(PIECE * rate), list[tuple[float, float]]()  # start in the shorter log, and lag [s]
+    if len(x) < PIECES * n:
+        return None
     for start in range(0, len(x) - n + 1, n):
         piece = x[start : start + n]
         place = _best_place(piece, y)
-        lags.append((place - start) / rate if _is_shared(piece, y[place : place + n]) else np.nan)
-    return any(abs(lag - before) < SAME_LAG for before, lag in pairwise(lags))
+        if _is_shared(piece, y[place : place + n]):
+            shared.append((start / rate, (place - start) / rate))
+    for _, lag in shared:
+        starts = [start for start, other_lag in shared if abs(other_lag - lag) < SAME_LAG]
+        length = starts[-1] - starts[0] + PIECE
+        if len(starts) >= max(PIECES, 0.5 * length / PIECE):
+            begins = starts[0], starts[0] + lag
+            return *(begins if short is one else begins[::-1]), length
+    return None
 
 
 def _on_grid(log: Log, rate: float) -> Array:

@@ -5,8 +5,9 @@ may add a turn, which is taken off. Travel is unlimited but slow: at two turns a
 see ten times the acceleration of gravity. Bench motors run on a few volts, at most some tens.
 
 A logger that wraps its angles into one turn makes jumps of whole turns, and one that loses count jumps by a turn. No
-such jump is larger than two turns. A single value that lies far away beside whole turns is a mark of a missing value
-(999), a lost sample written as 0, or a bit error.
+such jump is larger than two turns, and none returns within one sample, unless the angle lies at the edge at which it
+is wrapped: there the encoder's last count makes it jump to and fro. Any other single value that lies far away is a
+mark of a missing value (999), a lost sample written as 0, or a bit error.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,10 +18,15 @@ from heli_identifier.errors import HELI_TOML, LogError
 
 from .columns import Array, Column
 from .configuration import HIGHEST_VOLTAGE
-from .units import COMBINED, SI_UNIT, VOLTAGES, known_units
+from .units import ANGLES, COMBINED, SI_UNIT, VOLTAGES, known_units
 
 POSSIBLE_ANGLE = np.pi  # of pitch or elevation either way [rad], twice what mechanics allow
 POSSIBLE_SPEED = 4.0 * np.pi  # largest travel within a second [rad/s]
+STANDING_STILL = "a clamped axis or a dead encoder tells nothing about itself"
+
+LEAST_MOTION = 4e-3
+"""Least range of an angle that moves [rad]: an encoder of 4096 counts at rest flickers over two counts of 1.5e-3 rad,
+and a rig that hovers quietly moves further."""
 
 FEWEST_CHANGES = 20  # of a signal whose steps can be found: values set by hand change less often
 MOST_STEPS = 50  # in a usual change: 16384 counts a turn at 1 rad/s and 50 Hz; fine digits mostly give more
@@ -41,19 +47,23 @@ def unwrap_angle(angle: Array, column: Column, file: str, row: int) -> tuple[Arr
     """Unwrap an angle [rad], shape (N,), and return it with notes; ``row`` is that of its first sample in the file.
 
     A turn is taken off a pitch or an elevation around 2 pi. A LogError names the row in which the angle jumps by more
-    than half a turn, but not by one or two whole turns, or leaves for one sample but for whole turns: the encoder or
-    the logger failed, or the unit is wrong.
+    than half a turn, but not by one or two whole turns, or leaves for one sample: the encoder or the logger failed, or
+    the unit is wrong.
     """
     signal = column.signal
     with np.errstate(over="ignore", invalid="ignore"):  # by values like 1e308, which are refused below
-        unwrapped, size = np.unwrap(angle), np.abs(np.diff(angle))
-        large, step = size > _JUMP, np.diff(unwrapped)
-        wrong = large & (np.abs(step) > _OFF_TURN) | (size > _MOST_TURNS * _TURN + _OFF_TURN)
+        jumps = np.diff(angle)
+        size, off_turn = np.abs(jumps), np.abs(jumps - _TURN * np.round(jumps / _TURN))
         # A sample far from both of its neighbours, which lie close to each other, is an excursion. The median keeps
         # every sample of an angle that is only noise from being one.
-        deviation = np.minimum(np.abs(step[:-1]), np.abs(step[1:]))
-        outlier = (step[:-1] * step[1:] < 0.0) & (deviation > max(EXCURSION, 10.0 * float(np.median(np.abs(step)))))
-        wrong[:-1] |= outlier & (np.abs(unwrapped[2:] - unwrapped[:-2]) < 0.5 * deviation)
+        deviation = np.minimum(size[:-1], size[1:])
+        outlier = (jumps[:-1] * jumps[1:] < 0.0) & (deviation > max(EXCURSION, 10.0 * float(np.median(size))))
+        outlier &= np.abs(angle[2:] - angle[:-2]) < 0.5 * deviation
+        if any(angle.min() >= lower - 1e-6 and angle.max() <= lower + _TURN + 1e-6 for lower in (-np.pi, 0.0)):
+            outlier &= np.abs(deviation - _TURN) > _OFF_TURN  # a turn to and fro at the edge is the last count
+    large = size > _JUMP
+    wrong = large & ~((off_turn <= _OFF_TURN) & (size <= _MOST_TURNS * _TURN + _OFF_TURN))
+    wrong[:-1] |= outlier
     if wrong.any():
         at = int(wrong.argmax()) + 1
         raise LogError(
@@ -63,7 +73,7 @@ def unwrap_angle(angle: Array, column: Column, file: str, row: int) -> tuple[Arr
         )
     notes = list[str]()
     if count := int(large.sum()):
-        angle = unwrapped
+        angle = np.unwrap(angle)
         notes.append(f"{signal} unwrapped at {count} jump{'' if count == 1 else 's'} of whole turns")
     turn = whole_turns(angle)
     if signal != "travel" and turn == _TURN:  # more turns are another unit
@@ -75,6 +85,14 @@ def unwrap_angle(angle: Array, column: Column, file: str, row: int) -> tuple[Arr
 def whole_turns(angle: Array) -> float:
     """Return the whole turns [rad] by which an angle, shape (N,), lies off zero."""
     return _TURN * float(np.round(np.median(angle / _TURN)))
+
+
+def why_still(angle: Array) -> str | None:
+    """Say why an angle, shape (N,) [rad], shows no motion; None if it moves."""
+    extent = float(np.ptp(angle))
+    if extent == 0.0:
+        return "never changes"
+    return f"moves by {extent:.2g} rad in all, no more than an encoder flickers" if extent < LEAST_MOTION else None
 
 
 def quantisation_step(values: Array) -> float:
@@ -106,19 +124,38 @@ def is_on_grid(values: Array, step: float) -> bool:
 
 
 def check_plausible(columns: Sequence[Column], values: Mapping[str, Array], rate_hz: float, file: str) -> None:
-    """Raise a LogError that names a signal, shape (N,) each in SI and unwrapped, that no rig can reach."""
+    """Raise a LogError that names the signals, shape (N,) each in SI and unwrapped, that no rig can reach."""
     largest = {signal: float(np.abs(samples).max()) for signal, samples in values.items()}
     largest |= dict.fromkeys(COMBINED, max(largest[signal] for signal in VOLTAGES))  # already converted to voltages
     second = max(1, round(rate_hz))  # the travel is unlimited, but slow
     largest["travel"] = float(np.abs(values["travel"][second:] - values["travel"][:-second]).max(initial=0.0))
+    problems, remedies, clip = list[str](), list[str](), ""
     for column in columns:
         signal, unit = column.signal, SI_UNIT[column.signal]
         bound = HIGHEST_VOLTAGE if unit == "V" else POSSIBLE_SPEED if signal == "travel" else POSSIBLE_ANGLE
         if largest[signal] > bound:
             reach = f"{largest[signal]:.4g} {unit}{' within a second' if signal == 'travel' else ''}"
-            others = " or ".join(f'"{name}"' for name in known_units(signal) if name != column.unit)
-            clip = "; if these are commands before the amplifiers' limit, set clip = true under [log] there"
-            raise LogError(
-                f"{file}: {signal} reaches {reach} when read in {column.unit} (at most {bound:.3g}), which no rig can; "
-                f"state the unit, {signal} = {others}, under [log.units] of {HELI_TOML}{clip if unit == 'V' else ''}."
-            )
+            problems.append(f"{signal} reaches {reach} when read in {column.unit} (at most {bound:.3g})")
+            others = [f'"{name}"' for name in known_units(signal) if name != column.unit]
+            remedies.append(f"{signal} = {' or '.join(others)}")
+            if unit == "V":
+                clip = "; if these are commands before the amplifiers' limit, set clip = true under [log] there"
+    if problems:
+        raise LogError(
+            f"{file}: {', '.join(problems)}, which no rig can; state the unit, {', '.join(remedies)}, under "
+            f"[log.units] of {HELI_TOML}{clip}."
+        )
+
+
+def describe_values(voltages: Array, angles: Array, limit: float) -> tuple[str, ...]:
+    """Describe unusual voltages, shape (N, 2), at the amplifiers' ``limit`` [V], and angles [rad], shape (N, 3)."""
+    notes = []
+    for name, size in zip(VOLTAGES, np.abs(voltages).T, strict=True):
+        beyond = int((size > limit * (1.0 + 1e-9)).sum())
+        if beyond:
+            samples = f"in {beyond} of {len(size)} samples (up to {size.max():.3g} V)"
+            notes.append(f"{name} exceeds ±{limit:g} V {samples} and is kept unchanged")
+    for name, values in zip(ANGLES, angles.T, strict=True):
+        if why := why_still(values):
+            notes.append(f"{name} {why}: {STANDING_STILL}")
+    return tuple(notes)

@@ -1,7 +1,10 @@
 """Read a file as a `Log`: find the columns, cut, check, convert and resample, and note every change."""
 
+import gzip
 import hashlib
+import io
 import os
+import zlib
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
@@ -15,7 +18,7 @@ from .binary import LARGEST_MB, READERS, read_binary
 from .columns import Array, Column, Table, find_columns
 from .configuration import CONTRACT, LogFormat, RigConfiguration
 from .log import Log
-from .plausibility import check_plausible, unwrap_angle, whole_turns
+from .plausibility import check_plausible, describe_values, unwrap_angle, whole_turns
 from .text import read_text
 from .timing import find_sampling, mean_of_held
 from .units import ANGLES, COMBINED, REFERENCES, SI_UNIT, VOLTAGES
@@ -31,10 +34,10 @@ def read_log(
 ) -> Log:
     """Read one log: sampled uniformly, in SI units, with the project's signs; its notes list every change.
 
-    The file at ``path`` is CSV or other text, or by its ending a MATLAB (``.mat``), Parquet, TDMS or MDF file.
-    ``format`` says how the rig writes its logs. ``start`` and ``end``, the first and last instant to read in the file's
-    time [s], override those of ``format``. A LogError says that the file cannot be read or that the log cannot serve
-    identification.
+    The file at ``path`` is CSV or other text, or by its ending a MATLAB (``.mat``), Excel (``.xlsx``), Parquet, TDMS or
+    MDF file; compressed if it ends in ``.gz``. ``format`` says how the rig writes its logs. ``start`` and ``end``, the
+    first and last instant to read in the file's time [s], override those of ``format``. A LogError says that the file
+    cannot be read or that the log cannot serve identification.
     """
     configuration = format if isinstance(format, RigConfiguration) else None
     format = format.format if isinstance(format, RigConfiguration) else format
@@ -43,11 +46,12 @@ def read_log(
     start, end = format.start if start is None else start, format.end if end is None else end
     rows, notes = _crop(table, columns[0], start, end)
     values, notes = _Signals(), [*table.notes, *notes]
+    unasked = {name for axis, name in zip(ANGLES, REFERENCES, strict=True) if axis not in format.references}
     for column in columns:
         try:
             values[column.signal] = table.numbers(column, rows)
         except LogError as error:
-            if column.signal not in REFERENCES or column.signal in format.columns:
+            if column.signal not in unasked:
                 raise
             notes.append(f"{column.signal} is left out: {str(error).rstrip('.')}")
     columns = [column for column in columns if column.signal in values]
@@ -84,7 +88,7 @@ def read_log(
         voltages=voltages,
         angles=angles,
         references={axis: values[name] for axis, name in zip(ANGLES, REFERENCES, strict=True) if name in values},
-        notes=tuple(notes),
+        notes=(*notes, *describe_values(voltages, angles, format.voltage_limit)),
         start=float(time[0]),
         configuration=configuration,
     )
@@ -93,14 +97,30 @@ def read_log(
 def open_table(path: Path) -> tuple[Table, str]:
     """Read a log as a table, with the SHA-256 of its bytes; a LogError if it is no file, too large or no table."""
     data = read_limited(path, LARGEST_MB, LogError, "; check the path", "name the log files in it", "; cut it")
-    ending, file = path.suffix.lower(), str(path)
-    table = read_binary(data, ending, file) if ending in READERS else read_text(data, file)
-    return table, hashlib.sha256(data).hexdigest()
+    digest, name = hashlib.sha256(data).hexdigest(), path.name.lower()
+    if name.endswith(".gz"):
+        data, name = _decompress(data, path), name.removesuffix(".gz")
+    ending = Path(name).suffix
+    return (read_binary(data, ending, str(path)) if ending in READERS else read_text(data, str(path))), digest
+
+
+def _decompress(data: bytes, path: Path) -> bytes:
+    """Return the content of a gzip file of at most :data:`.binary.LARGEST_MB`."""
+    content = bytearray()
+    try:
+        with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
+            while len(content) <= 1e6 * LARGEST_MB and (piece := file.read(1 << 20)):
+                content += piece
+    except (OSError, EOFError, zlib.error) as error:
+        raise LogError(f"{path} is not readable as gzip ({error}); pack it again.") from error
+    if len(content) > 1e6 * LARGEST_MB:
+        raise LogError(f"{path} cannot be read: it has more than {LARGEST_MB:g} MB unpacked; cut it.")
+    return bytes(content)
 
 
 def _crop(table: Table, column: Column, start: float | None, end: float | None) -> tuple[slice, list[str]]:
     """Find the rows from the first one at or after `start` to the last one before time exceeds `end`."""
-    time = table.columns[column.index] * column.factor
+    time = table.values(column)
     count, finite = len(time), time[np.isfinite(time)]
     if (start is None and end is None) or not len(finite):
         return slice(0, count), []  # a time column without numbers is reported when its cells are converted
@@ -121,7 +141,7 @@ def _apply_signs(values: _Signals, columns: Sequence[Column], format: LogFormat)
     """Convert the signals to the project's signs, clip the voltages if configured, and note all conversions."""
     converted = [column for column in columns if column.unit != SI_UNIT[column.signal]]
     notes = [f"{column.signal} converted from {column.unit} to {SI_UNIT[column.signal]}" for column in converted]
-    if flipped := ", ".join(column.signal for column in columns if format.signs.get(column.signal, 1) < 0):
+    if flipped := ", ".join(signal for signal, sign in format.signs.items() if sign < 0):
         notes.append(f"sign of {flipped} flipped")
     if format.swap_rotors:
         notes.append("front and rear voltage swapped")

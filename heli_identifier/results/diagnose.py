@@ -16,8 +16,11 @@ from heli_identifier.records import (
     Geometry,
     Log,
     LogSource,
-    check_flights_differ,
+    check_excitation,
+    check_held_out_is_new,
     common_configuration,
+    drop_excerpts,
+    excitation_notes,
     highest_voltage,
     read_logs,
 )
@@ -73,7 +76,7 @@ def diagnose(
     training, unseen = together[: len(training)], together[len(training) :]
     rig_of_logs = common_configuration(training)
     settings = settings or (DiagnosisSettings.from_rig(rig_of_logs) if rig_of_logs else DiagnosisSettings())
-    _check_logs(training, unseen)
+    training, unseen, data_notes = _check_logs(training, unseen)
     identified = identify_plant(training, settings, unseen, progress)
     after, null, rig = identified.plant, identified.selection.null, identified.plant.likelihood.rig
     mended = null.likelihood.undo_faults(after.likelihood.faults)  # else they would be effects that "after" has
@@ -131,6 +134,7 @@ def diagnose(
         settings=asdict(settings)
         | {"score_needed": NAMED, "score_needed_certain": REFITTED, "operating_point": rig.operating_point},
         notes=(
+            *data_notes,
             *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),
             *describe_events((*training, *unseen), () if settings.keep_events else events),
             *identified.notes,
@@ -148,17 +152,22 @@ def diagnose(
     )
 
 
-def _check_logs(training: Sequence[Log], unseen: Sequence[Log]) -> None:
-    """Refuse logs that a diagnosis cannot use."""
+def _check_logs(
+    training: tuple[Log, ...], unseen: tuple[Log, ...]
+) -> tuple[tuple[Log, ...], tuple[Log, ...], tuple[str, ...]]:
+    """Refuse logs that a diagnosis cannot use; give training logs, each flight once, held-out logs, and notes."""
+    check_excitation(training)
     if not unseen:
         raise LogError("no log is held out to compare models on; give at least one with held_out=.")
-    check_flights_differ((*training, *unseen))
+    check_held_out_is_new(training, unseen)
+    training, notes = drop_excerpts(training)
     for log in (*training, *unseen):
         if log.duration < 4.0 * SETTLING:
             raise LogError(
                 f"log {log.name} lasts {log.duration:.2g} s; a diagnosis needs {4.0 * SETTLING:g} s a log. "
                 "Record longer, or leave this log out."
             )
+    return training, unseen, (*notes, *excitation_notes(training, unseen))
 
 
 def _judge_plant(instruments: InstrumentEstimates, records: Sequence[Record], plant: Fit) -> tuple[float, int]:

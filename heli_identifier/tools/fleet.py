@@ -28,7 +28,7 @@ from scipy.stats import false_discovery_control
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
-from heli_identifier.records import share_flight
+from heli_identifier.records import find_shared_flight
 from heli_identifier.results import Diagnosis, effect_name, slope_estimates, to_json_value
 from heli_identifier.tools.meta_analysis import Pooled, pool_estimates
 from heli_identifier.tools.rigs import Rig, error_text, summarise_diagnosis
@@ -153,7 +153,7 @@ def _find_shared_flights(rigs: Mapping[str, Rig]) -> dict[str, str]:
     errors = dict[str, str]()
     for (name_a, rig_a), (name_b, rig_b) in combinations(rigs.items(), 2):
         pairs = product((*rig_a.training, *rig_a.held_out), (*rig_b.training, *rig_b.held_out))
-        if (pair := next((pair for pair in pairs if share_flight(*pair)), None)) is not None:
+        if (pair := next((pair for pair in pairs if find_shared_flight(*pair)), None)) is not None:
             log_a, log_b = (log.path or log.name for log in pair)
             same = f"{log_a} and {log_b} are one; give the log to the rig that flew"
             errors[name_a] = f"it shares a flight with rig {name_b}: {same}"

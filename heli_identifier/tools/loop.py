@@ -183,7 +183,7 @@ def check_closed_loop(
         refuse(
             bool(missing),
             f"log {log.name} has no reference of the {missing}, which this controller follows; name the column in "
-            "[log.columns] of heli.toml.",
+            "[log.references] of heli.toml.",
         )
         errors, voltages[log.name], period = _simulate_log(log, plant, settings)
         figures = dict(zip(AXES, rms_figures(errors, period), strict=True))

@@ -23,7 +23,7 @@ from heli_identifier.records import Log, RigConfiguration
 from heli_identifier.results import Diagnosis, diagnose
 from heli_identifier.tracing import DiagnosisSettings
 
-ENDINGS = (".csv", ".mat")  # endings of logs; other files in a rig's folder are ignored
+ENDINGS = (".csv", ".mat")  # endings of logs, also with .gz behind them; other files in a rig's folder are ignored
 HELD_OUT = "held"  # a log whose name starts with this is held out
 TRAINING_SHARE = 2.0 / 3.0  # share of a single log that is fitted to; the rest is held out
 
@@ -165,7 +165,7 @@ def rig_folder(folder: Path, name: str, shared: str | PathLike[str] | None = Non
 
 def _list_logs(folder: Path) -> list[Path]:
     files = sorted(path for path in folder.iterdir() if path.is_file())
-    return [path for path in files if path.name.lower().endswith(ENDINGS)]
+    return [path for path in files if path.name.lower().removesuffix(".gz").endswith(ENDINGS)]
 
 
 def _read_rig(training: Sequence[Path], held_out: Sequence[Path], file: Path | None) -> Rig:

@@ -11,13 +11,13 @@ def friction(value):
 CONFIGURATIONS = (
     Fault("a key that is unknown", configured("[log]\nstrat = 6.0\n"), IDENTIFY, "did you mean 'start'?"),
     Fault("TOML that is none", configured("[log\n"), IDENTIFY, "is not TOML"),
-    Fault("TOML nested 5000 deep", configured("a = " + "[" * 5000 + "]" * 5000), IDENTIFY, "is not TOML: maximum recursion depth exceeded"),
+    Fault("TOML nested 5000 deep", configured("a = " + "[" * 5000 + "]" * 5000), IDENTIFY, "nested too deeply"),
     Fault("a unit that is unknown", configured('[log.units]\npitch = "Grad"\n'), IDENTIFY, "log.units.pitch = 'Grad' is unknown"),
     Fault("a motor of 80 s", configured("[rig]\nmotor_time_constant = 80.0\n"), IDENTIFY, "must lie in [5e-05, 5] s"),
     Fault("a configuration that is missing", good, f"{IDENTIFY} --config none.toml", "none.toml does not exist"),
     Fault("a folder for a configuration", good, f"{IDENTIFY} --config .", "it is a folder, a pipe or a device"),
     Fault("a sign of 0", configured("[log.signs]\npitch = 0\n"), IDENTIFY, "voltages and angles take 1 or -1"),
-    Fault("a column without a name", configured('[log.columns]\npitch = ""\n'), IDENTIFY, "'' missing"),
+    Fault("a column without a name", configured('[log.columns]\npitch = ""\n'), IDENTIFY, "column '' missing"),
     Fault("effects as a list", configured("[rig]\neffects = ['dry_friction']\n"), IDENTIFY, "must be a section that begins with [rig.effects]"),
     Fault("an effect without its deviation", friction("0.02"), IDENTIFY, "must be the coefficient and its standard deviation"),
     Fault("a friction that drives", friction("[-0.02, 0.01]"), IDENTIFY, "dry_friction_pitch = -0.02 rad/s^2 must lie in"),
@@ -31,7 +31,7 @@ CONFIGURATIONS = (
     Fault("a gain of the PID out of its range", configured("[controller.pid]\ntravel = [0.25, 2e3, 1.0]\n"), IDENTIFY, "controller.pid.travel, integral = 2000.0 1/s must lie in [0, 1000] 1/s"),
     Fault("a weight of 0", configured("[controller.weights]\nvoltage = 0\n"), IDENTIFY, "controller.weights.voltage = 0.0 must lie in [1e-09, 1e+09]"),
     Fault("a heli.toml that is a pipe", lambda f: (good(f), pipe(f / "heli.toml")), IDENTIFY, "heli.toml cannot be read: it is a folder, a pipe or a device"),
-    Fault("an encoder of 1e300 counts", configured(f"[rig.encoder_counts]\npitch = 1{'0' * 300}\n"), IDENTIFY, "must lie in [1, 4.29497e+09]"),
+    Fault("an encoder of 1e300 counts", configured(f"[rig.encoder_counts]\npitch = 1{'0' * 300}\n"), IDENTIFY, "must be counts per turn in [1, 4294967296]"),
 )  # fmt: skip
 
 SIMULATE = "heli simulate open_loop -d 1 -p parameters.json"

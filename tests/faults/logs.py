@@ -56,6 +56,7 @@ VALUES = (
     Fault("a sentinel of 999 among the pitch", at(PITCH, 700, 999.0), IDENTIFY, "row 702: pitch is 999 rad and was" ),
     Fault("a sentinel that lasts ten samples", at(TRAVEL, slice(700, 710), 999.0), IDENTIFY, "row 702: travel is 999 rad and was"),
     Fault("a lost sample written as 0", changed(lambda v: (v[ELEVATION].__iadd__(0.6), v[ELEVATION].__setitem__(900, 0.0))), IDENTIFY, "row 902: elevation is 0 rad and was"),
+    Fault("a sample that is a whole turn off", at(PITCH, 500, 2.0 * np.pi), IDENTIFY, "row 502: pitch is 6.28319 rad and was"),
     Fault("NaN in a voltage", at(FRONT, 9, np.nan), IDENTIFY, "row 11, column 'v_front [V]'"),
     Fault("1e308 V", at(FRONT, 9, 1e308), IDENTIFY, "v_front reaches 1e+308 V when read in V (at most 30), which no rig can; state the unit, v_front = \"mV\", under [log.units] of heli.toml (written by `heli init`); if these are commands before the amplifiers' limit, set clip = true"),
     Fault("v_front equal to v_rear throughout", changed(lambda v: v[REAR].__setitem__(slice(None), v[FRONT])), IDENTIFY, "v_front - v_rear is constant in every log"),
@@ -76,7 +77,7 @@ VALUES = (
     Fault("a log of 2 s", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:200], ""])), IDENTIFY, "2 s of log are shorter than 5 s"),
 )  # fmt: skip
 
-STICK = '[log.columns]\npitch_reference = "stick"\n'
+STICK = '[log.references]\npitch = "stick"\n'
 TWO = matlab(monday=as_struct(), tuesday=as_struct())
 COLUMNS = (
     Fault("a .mat with two structs of six signals", TWO, "heli identify log.mat -o out", "'monday.time_s', 'tuesday.time_s'"),
@@ -86,15 +87,15 @@ COLUMNS = (
     Fault("a unit that is missing", headed(pitch="pitch"), IDENTIFY, "the unit is missing"),
     Fault("a unit `degrees`, which is plain", changed(lambda v: v[PITCH].__imul__(180.0 / np.pi), [h.replace("pitch [rad]", "pitch [degrees]") for h in HEADER.split(",")]), IDENTIFY, "pitch converted from deg to rad", 0, ("out",)),
     Fault("a missing column", headed(pitch="ptich [rad]"), IDENTIFY, "did you mean 'ptich [rad]'?"),
-    Fault("a reference whose column is missing", configured(STICK), IDENTIFY, "'stick' missing, found"),
+    Fault("a reference whose column is missing", configured(STICK), IDENTIFY, "column 'stick' missing, found"),
     Fault("a reference in a unit that is unknown", configured(STICK, lines(f"{HEADER},stick [gon]", *(f"{row},0.1" for row in ROWS))), IDENTIFY, "column 'stick [gon]': unit 'gon' is unknown"),
-    Fault("a reference that nobody asked for, with an empty cell", lines(f"{HEADER},pitch_reference", *(f"{row}," for row in ROWS)), IDENTIFY, "pitch_reference is left out: log.csv, row 2, column 'pitch_reference': the cell holds no finite number", 0, ("out",)),
-    Fault("time stamps with the day before the year", lines(HEADER, *("01.03.2026 12:00:0" + row for row in ROWS)), IDENTIFY, "no time stamp like 2026-03-01T12:00:00.010 (ISO 8601)"),
+    Fault("a reference that nobody asked for, with an empty cell", lines(f"{HEADER},pitch_reference", *(f"{row}," for row in ROWS)), IDENTIFY, "pitch_reference is left out: log.csv, row 2, column 'pitch_reference': the cell is empty", 0, ("out",)),
+    Fault("time stamps with the day before the year", lines(HEADER, *("01.03.2026 12:00:0" + row for row in ROWS)), IDENTIFY, "write time stamps like 2026-03-01T12:00:00.010 (ISO 8601)"),
     Fault("a .mat without a vector", matlab(gain=3.0, who="me"), "heli identify log.mat -o out", "holds no vector of numbers, found gain, who"),
     Fault("a .mat with a signal that is shorter", matlab(**as_struct() | {"pitch_rad": np.zeros(30)}), "heli identify log.mat -o out", "'pitch_rad' has 30 samples, 'time_s' has 2000"),
-    Fault("a .mat with complex numbers", matlab(**as_struct() | {"pitch_rad": np.full(2000, 1j)}), "heli identify log.mat -o out", "row 1, column 'pitch_rad': the cell holds no finite number"),
+    Fault("a .mat with complex numbers", matlab(**as_struct() | {"pitch_rad": np.full(2000, 1j)}), "heli identify log.mat -o out", "row 1, column 'pitch_rad': the cell holds"),
     Fault("no header", lambda f: (f / "log.csv").write_text("\n".join(ROWS)), IDENTIFY, "missing, found 'column 1', 'column 2'"),
-    Fault("a row of eight cells", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:99], ROWS[99] + ",1,2", *ROWS[100:], ""])), IDENTIFY, "Expected 6 fields in line 101, saw 8"),
+    Fault("a row of eight cells", lambda f: (f / "log.csv").write_text("\n".join([HEADER, *ROWS[:99], ROWS[99] + ",1,2", *ROWS[100:], ""])), IDENTIFY, "row 101: it has more cells than the 6 headers"),
     Fault("decimal commas", write(text(columns(), separator=";").replace(".", ",")), IDENTIFY, "written", 0, ("out",)),
 )  # fmt: skip
 
@@ -116,16 +117,17 @@ def endless(folder):
 
 
 TEXTS = (
-    Fault("a word among decimal commas", lines(*(row.replace(",", ";").replace(".", ",") for row in (HEADER, *ROWS[:700], "7.00,Err", *ROWS[701:]))), IDENTIFY, "row 702, column 'v_front [V]': the cell holds no finite number; correct it"),
-    Fault("digits with an underscore, 1_0, which are ten in Python only", cell(700, PITCH, "1_0"), IDENTIFY, "row 702, column 'pitch [rad]': the cell holds no finite number"),
-    Fault("a row that is cut short, behind the begin of the stretch", lines(HEADER, *ROWS[:516], "5.16,1,1", *ROWS[517:]), f"{IDENTIFY} --from 2", "row 518, column 'pitch [rad]': the cell holds no finite number"),
+    Fault("a word among decimal commas", lines(*(row.replace(",", ";").replace(".", ",") for row in (HEADER, *ROWS[:700], "7.00,Err", *ROWS[701:]))), IDENTIFY, "row 702, column 'v_front [V]': the cell holds 'Err', which is not a finite number; correct the cell"),
+    Fault("digits with an underscore, 1_0, which are ten in Python only", cell(700, PITCH, "1_0"), IDENTIFY, "'1_0', which is not a finite number"),
+    Fault("a row that is cut short, behind the begin of the stretch", lines(HEADER, *ROWS[:516], "5.16,1,1", *ROWS[517:]), f"{IDENTIFY} --from 2", "row 518, column 'pitch [rad]': the cell is empty"),
     Fault("a header alone", lines(HEADER), IDENTIFY, "holds a header but no rows"),
     Fault("a header and one row", lines(HEADER, ROWS[0]), IDENTIFY, "1 sample"),
-    Fault("a line separator (U+2028) within a comment", lines("# north\u2028lab", HEADER, *ROWS), IDENTIFY, "written", 0, ("out",)),
-    Fault("the header once more between the rows", lines(HEADER, *ROWS[:700], HEADER, *ROWS[700:]), IDENTIFY, "row 702, column 'time [s]': the cell holds no finite number"),
-    Fault("a last line that holds a sum", lines(HEADER, *ROWS, "Total,2000"), IDENTIFY, "row 2002, column 'time [s]': the cell holds no finite number"),
+    Fault("a quotation mark that is never closed", cell(700, PITCH, '"0.1'), IDENTIFY, "row 702: a quotation mark is not closed"),
+    Fault("a line separator (U+2028) within a comment", lines("# north\u2028lab", HEADER, *ROWS), IDENTIFY, "line 1 is no part of the table", 0, ("out",)),
+    Fault("the header once more between the rows", lines(HEADER, *ROWS[:700], HEADER, *ROWS[700:]), IDENTIFY, "the cell holds 'time [s]'"),
+    Fault("a last line that holds a sum", lines(HEADER, *ROWS, "Total,2000"), IDENTIFY, "the cell holds 'Total'"),
     Fault("zeros behind the text, as a crashed logger leaves them", write("\n".join([HEADER, *ROWS, ""]).encode() + bytes(4096)), IDENTIFY, "it holds binary data"),
-    Fault("30000 headers over rows of one cell", lines(",".join(HEADERS + [f"c{i}" for i in range(30_000)]), *(["1"] * 20_000)), IDENTIFY, "row 2: it has 1 cells, the header has 30006"),
+    Fault("30000 headers over rows of one cell", lines(",".join(HEADERS + [f"c{i}" for i in range(30_000)]), *(["1"] * 20_000)), IDENTIFY, "have fewer cells than its 30006 headers"),
     Fault("a pitch in radians and one in degrees", lines(f"{HEADER},pitch [deg]", *(f"{row},0" for row in ROWS)), IDENTIFY, "pitch stands in 2 columns"),
     Fault("milliseconds since 1970 under [s]", write(text([1.7e12 + 1e3 * columns()[0], *columns()[1:]])), IDENTIFY, "the rate of 0.1 Hz is below 50 Hz"),
     Fault("a Parquet file of 50 million rows in few bytes", endless, "heli identify log.parquet -o out", "more than 1000 MB"),
@@ -150,7 +152,8 @@ KINDS = (
     Fault("a .mat that is none", write("no", "log.mat"), "heli identify log.mat -o out", "is not readable as a MATLAB file" ),
     Fault("a .parquet that is none", write("no", "log.parquet"), "heli identify log.parquet -o out", "is not readable as a Parquet file"),
     Fault("an .mf4 that is none", write("no", "log.mf4"), "heli identify log.mf4 -o out", "is not readable as an MDF file" ),
-    Fault("a log that is packed", lambda f: (f / "log.csv.gz").write_bytes(gzip.compress("\n".join([HEADER, *ROWS]).encode())), "heli identify log.csv.gz -o out", "it holds binary data"),
+    Fault("a .csv.gz that is none", write("no", "log.csv.gz"), "heli identify log.csv.gz -o out", "is not readable as gzip"),
+    Fault("a .csv.gz that holds 200 MB of zeros", lambda f: (f / "log.csv.gz").write_bytes(gzip.compress(b"0" * 200_000_000, 1)), "heli identify log.csv.gz -o out", "is not a table"),
     Fault("a link to itself", lambda f: (f / "log.csv").symlink_to("log.csv"), IDENTIFY, "Too many levels of symbolic links"),
 )  # fmt: skip
 

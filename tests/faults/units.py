@@ -64,12 +64,12 @@ def claiming(size):
 ENTITY = '<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b SYSTEM "modelDescription.xml">]><a>&b;</a>'
 
 FILES = (
-    Fault("no zip", write("no", "it.fmu"), RUN, "File is not a zip file"),
+    Fault("no zip", write("no", "it.fmu"), RUN, "it is no zip archive"),
     Fault("an FMU that is missing", nothing, RUN, "the FMU of plant is missing"),
     Fault("a folder for an FMU", lambda f: (f / "it.fmu").mkdir(), RUN, "the FMU of plant is no file"),
     Fault("a zip without a model description", archive(a="b"), RUN, "it holds no modelDescription.xml"),
     Fault("a model description that is no XML", archive(**{"modelDescription.xml": "<"}), RUN, "cannot be used"),
-    Fault("an entry that leads out of its folder", archive(**{"../../escaped": "x"}), RUN, "it holds no modelDescription.xml"),
+    Fault("an entry that leads out of its folder", archive(**{"../../escaped": "x"}), RUN, "lies outside of the archive" ),
     Fault("an archive of 3 GB", claiming(3_000_000_000), RUN, "at most 2 GB are unpacked"),
     Fault("an entity in the model description", archive(**{"modelDescription.xml": ENTITY.encode("utf-16")}), RUN, "has a document type"),
     Fault("an FMU for FMI 1.0", described('fmiVersion="2.0"', 'fmiVersion="1.0"'), RUN, "cannot be used"),
