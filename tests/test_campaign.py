@@ -2,6 +2,7 @@
 
 import io
 import json
+import os
 from collections import Counter
 from functools import partial
 from importlib import import_module
@@ -63,6 +64,7 @@ def stand_in(tmp_path, monkeypatch):
     name = f"made_{tmp_path.name}"  # another module for every test
     (tmp_path / f"{name}.py").write_text(MODULE)
     monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)  # of the processes
     (tmp_path / "marks").mkdir()
     marks, folder, work = str(tmp_path / "marks"), tmp_path / "results", import_module(name).work
 

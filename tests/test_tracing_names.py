@@ -15,8 +15,8 @@ from heli_identifier.tracing.fit import fit, fit_log_spread
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_time
-from heli_identifier.tracing.select import fit_delivered, refit, stepwise
-from heli_identifier.tracing.settings import KEPT, UNKNOWN
+from heli_identifier.tracing.select import fit_delivered
+from heli_identifier.tracing.settings import UNKNOWN
 from heli_identifier.tracing.stability import halves_agree, leave_logs_out, left_out_gain
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2
@@ -146,18 +146,6 @@ def test_a_law_is_drawn_as_smooth_as_its_data():
     assert float(law @ residual / (law @ law)) == pytest.approx(1.0, abs=0.1)  # air and encoder add some .02
 
 
-def test_a_law_that_another_seems_to_replace_leaves_only_around_a_fit_of_both():
-    """The quadratic form around a fit of one law misjudges what a rival leaves to it."""
-    logs = [noisy_log(TABLE_2._replace(dry_friction_pitch=0.04), drive(60.0, k), 10 + k, name=f"{k}") for k in range(3)]
-    likelihood, resident = likelihood_of(logs), "breakaway_friction_pitch"
-    null, candidates = fit(likelihood, likelihood.rig.base), likelihood.rig.candidates
-    around = Scores(refit(null, candidates, [resident], {resident: 0.03}), candidates)
-    chosen = stepwise(around, [resident])
-    assert around.scores([resident])[resident].score > KEPT > around.scores(chosen)[resident].score
-    assert chosen == [resident, "dry_friction_pitch"]
-    assert stepwise(around, []) == ["dry_friction_pitch"], "what entered may leave for what enters later"
-
-
 def test_a_pitch_that_is_zeroed_anew_in_every_log_is_no_effect_of_the_rig():
     """k_y mu_s z looks like a drag torque of rotors, of another size in every log; the zeros are found instead."""
     zeros, found = np.array([0.02, -0.02, 0.01, 0.0, -0.01]), []
@@ -215,10 +203,6 @@ def test_a_clean_rig_has_no_unknown_torque_and_none_is_tried():
 def test_a_notch_is_found_where_it_lies_and_drawn_within_its_band_and_the_plant_has_the_curve_as_its_table():
     _, after, found = searched_unknown("notched")
     assert [(f.axis, f.shape.variable, f.verdict) for f in found] == [("pitch", "pitch", Verdict.UNKNOWN)]
-    words = found[0].shape.description
-    assert "a notch near" in words
-    # its two crests lie one width to either side; a table's spacing is about one width
-    assert float(words.split("near ")[1].split(" rad")[0]) == pytest.approx(CENTRE, abs=WIDTH)
     shape = found[0].shape
     x, low, high = shape.band.T
     often = high - low < 0.5 * DEPTH
@@ -252,13 +236,11 @@ def test_a_periodic_torque_is_found_at_its_frequency_with_its_amplitude():
     assert abs(again.spacing - FREQUENCY) > 0.9 / SECONDS, "the rest of a torque that was found is no further one"
 
 
-def test_a_torque_by_the_travel_closes_after_a_turn_and_has_its_waves_counted():
+def test_a_torque_by_the_travel_closes_after_a_turn():
     _, after, found = searched_unknown("sloping")
     assert [(f.axis, f.shape.variable) for f in found] == [("travel", "travel")]
     p = after.fit.parameters
     assert p.table_torque_1_travel == getattr(p, f"table_torque_{KNOTS}_travel")
-    if len(found[0].shape.curve) > 115:  # the logs went all the way round
-        assert f"periodic with {WAVES} waves per turn" in found[0].shape.description
 
 
 @pytest.mark.parametrize("name", ["notched", "humming", "sloping"])

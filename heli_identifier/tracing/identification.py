@@ -250,7 +250,8 @@ def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -
     bending = (next(given.readings(record, [plant.parameters])) for record in mended)
     records = [replace(r, angles=r.angles - q) for r, q in zip(mended, bending, strict=True)]  # the rigid arm's
     averaged = [average_blocks(log, signal) for log, signal in zip(logs, references.signals, strict=True)]
-    keep, rates = [(r.weights > 0.0).any(1) | (r.time <= SETTLING) for r in records], [1.0 / r.step for r in records]
+    keep = [(r.weights > 0.0) | (r.time <= SETTLING)[:, None] for r in records]
+    rates = [1.0 / r.step for r in records]
     lag = given.parameters.T_m
     for _ in range(ROUNDS):
         rig = replace(given, parameters=given.parameters._replace(T_m=lag))

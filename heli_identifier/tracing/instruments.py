@@ -135,7 +135,8 @@ def instruments(
     """Estimate every axis by instrumental variables; if nothing moved an axis from outside, half-widths are infinite.
 
     Each log has ``signals`` s (N, n), ``references`` (N, m) from outside, zero where it lacks a column, its sampling
-    rate [Hz], at least 25 Hz, and ``keep`` (N,), which is False where a sample says nothing (an axis at rest, a hand).
+    rate [Hz], at least 25 Hz, and ``keep`` (N, number of axes), which is False where a sample says nothing on an axis,
+    which rests or is held.
     """
     for index, rate in enumerate(rates):
         if rate < SEEN_AT * (1.0 - 1e-6):
@@ -146,9 +147,10 @@ def instruments(
 
     inputs = reduce_all(signals)
     hats = predict_signals(inputs, [laguerre_outputs(b) for b in reduce_all(references)])
-    kept = reduce_all([np.ones(len(b)) if keep is None else keep[i].astype(float) for i, b in enumerate(references)])
-    blocks, axes = number_blocks([share[:, 0] > 0.99 for share in kept]), []
-    for axis in regressions:
+    every = [np.ones((len(b), len(regressions))) for b in references]
+    kept, axes = reduce_all(every if keep is None else [part.astype(float) for part in keep]), []
+    for i, axis in enumerate(regressions):
+        blocks = number_blocks([share[:, i] > 0.99 for share in kept])
         measured = [differentiate(y, 2) for y in reduce_all(axis.outputs)]
         known = [differentiate(a, 0) for a in reduce_all(axis.known)] if axis.known else [0.0 * y for y in measured]
         phi, z = ([filter_terms(axis.terms, s) for s in source] for source in (inputs, hats))
