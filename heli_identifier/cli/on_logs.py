@@ -170,7 +170,6 @@ def compare(
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,
     json: bool = args.JSON,
-    verbose: bool = args.VERBOSE,
 ) -> None:
     """Compare two diagnoses: which parameters and effects differ by more than their intervals, which plant is better.
 
@@ -178,4 +177,4 @@ def compare(
     other's.
     """
     recorded = args.read_logs_of_rig(log, config, start, end)[0] if log else ()
-    terminal.show(hi.compare(first, second, recorded), json, verbose)
+    terminal.show(hi.compare(first, second, recorded), json)

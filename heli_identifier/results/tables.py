@@ -3,6 +3,9 @@
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import zip_longest
+from math import inf
+from textwrap import wrap
 from typing import Any, NamedTuple
 
 from heli_identifier import results, tracing  # the templates of results are loaded when a page is made
@@ -31,12 +34,26 @@ class Table(NamedTuple):
         """Whether each column holds figures, which are aligned at the right."""
         return [all(_NUMBER_CELL.fullmatch(row[k]) for row in self.rows) for k in range(len(self.columns))]
 
-    def text(self) -> str:
-        """Return heads and cells as lines of plain text, aligned at the left, and the sentences below."""
-        lines = [self.columns, *self.rows]
-        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        padded = (map(str.ljust, line, widths) for line in lines)
-        return "\n".join([*("  ".join(cells).rstrip() for cells in padded), *map(words.typeset, self.remarks)])
+    def text(self, width: float = inf) -> str:
+        """Return heads, cells and the sentences below as lines of plain text.
+
+        Cells break at spaces as far as ``width`` asks for it; words do not break, so many columns may be wider.
+        """
+        columns = list(zip(self.columns, *self.rows, strict=True))
+        widths = [max(map(len, column)) for column in columns]
+        least = [max(map(len, " ".join(column).split())) for column in columns]
+        while sum(widths) + 3 * len(widths) > width and (wide := [k for k, w in enumerate(widths) if w > least[k]]):
+            widths[max(wide, key=widths.__getitem__)] -= 1
+        figures, lines = self.figures, []
+        for row in (self.columns, *self.rows):
+            cells = [wrap(cell, size, break_on_hyphens=False) for cell, size in zip(row, widths, strict=True)]
+            for parts in zip_longest(*cells, fillvalue=""):
+                sized = zip(parts, widths, figures, strict=True)
+                padded = [part.rjust(size) if right else part.ljust(size) for part, size, right in sized]
+                lines.append(f" {'   '.join(padded)}".rstrip())
+            if row is self.columns:
+                lines.append(f" {'─' * (sum(widths) + 3 * len(widths) - 3)}")
+        return "\n".join(["", *lines, "", *map(words.typeset, self.remarks)])
 
     def __html__(self) -> str:
         """Return a ``<table>`` element for pages."""
@@ -199,7 +216,7 @@ def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterator
 
 def diagnosis_summary(diagnosis: Diagnosis) -> str:
     """Return the verdict, the tables and the notes as plain text."""
-    shown = [table.text() for table in diagnosis_tables(diagnosis)]
+    shown = [line for table in diagnosis_tables(diagnosis) for line in (table.title, table.text())]
     return "\n".join([words.verdict_line(diagnosis), *shown, *words.typeset_notes(diagnosis.notes)])
 
 
