@@ -28,26 +28,18 @@ def diagnose(
     start: float | None = args.FROM,
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,
-    native: bool = args.NATIVE,
     json: bool = args.JSON,
     verbose: bool = args.VERBOSE,
 ) -> None:
     """Find what the model lacks, add it, compare on held-out logs, and build the corrected plant.
 
-    Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu, with --native also
-    HelicopterPlant-native.fmu: all of them, or none.
+    Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu: all of them, or none.
     """
-    from heli_identifier.live.session import RECORDED
-
-    flight = f"{output} holds a flight, {RECORDED}, and a diagnosis would replace files of it; name another folder."
-    refuse((output / RECORDED).exists(), flight)
     configuration = args.find_configuration(config)
     way = " (name another log with --validate)"
-    diagnosis, *_ = diagnose_paths(logs, validate, configuration, output, start, end, way, keep_events, native)
+    diagnosis, *_ = diagnose_paths(logs, validate, configuration, output, start, end, way, keep_events)
     terminal.print_diagnosis(diagnosis, verbose, json)
-    terminal.note_written(output, (*results.RESULTS, results.NATIVE_PLANT) if native else results.RESULTS)
-    if native:
-        args.warn_of_missing_compilers()
+    terminal.note_written(output, results.RESULTS)
 
 
 def diagnose_paths(
@@ -59,13 +51,12 @@ def diagnose_paths(
     end: float | None = None,
     way: str = "",
     keep_events: bool = False,
-    native: bool = False,
 ) -> "tuple[hi.Diagnosis, tuple[hi.Log, ...], tuple[hi.Log, ...]]":
     """Diagnose a rig and write the results; give the diagnosis, the training logs and the held-out logs.
 
     ``way`` says how to hold out other logs; it is printed if no log was named for that.
     """
-    with results.write_whole_folder(output, (results.NATIVE_PLANT,)) as draft:
+    with results.write_whole_folder(output) as draft:
         logs = hi.read_data_set(paths, validate, configuration.format, start, end)
         training, held_out, split_note = tools.split_logs(*logs)
         if split_note:
@@ -77,7 +68,7 @@ def diagnose_paths(
                 training, held_out=held_out, settings=settings, progress=lambda what, share: bar(what, 0.85 * share)
             )
             bar("building and running the corrected unit", 0.9)
-            results.write_results(diagnosis, configuration.name, draft, native)
+            results.write_results(diagnosis, configuration.name, draft)
     return diagnosis, training, held_out
 
 
