@@ -12,7 +12,7 @@ from heli_identifier import results, tracing  # the templates of results are loa
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results import words
 from heli_identifier.results.diagnosis import Diagnosis
-from heli_identifier.results.documents import numbers_of, to_json_value
+from heli_identifier.results.documents import to_json_value
 from heli_identifier.tracing import CurveShape, Determination, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
@@ -106,7 +106,7 @@ def error_table(diagnosis: Diagnosis) -> Table:
                 cells = (*map(words.angle_value, bare), *map(words.angle_text, figures))
                 rows.append((axis, words.AHEAD[field], *cells))
     columns = ("axis", "error [mrad]", "angle stays", "rate stays", "before", "after", "noise floor")
-    return Table("Error on held-out logs", columns, rows)
+    return Table("Error on held-out logs", columns, rows, [words.held_out_sentence(diagnosis)])
 
 
 def gain_cells(report: ParameterReport | None, given: Estimate | None = None) -> tuple[str, str, str]:
@@ -143,8 +143,7 @@ def parameter_table(diagnosis: Diagnosis) -> Table:
         slope = " at 0 V" if name in GAINS else ""
         rows.append((name, words.label_parameter(name, value) + slope, old, new, words.unit_text(value.unit)))
     columns = ("parameter", "meaning", "before", "after", "unit")
-    title = "Parameters (± the half-width of the 95 % interval: 1.96 standard errors)"
-    return Table(title, columns, rows, [words.held_out_sentence(diagnosis)])
+    return Table("Parameters (± the half-width of the 95 % interval: 1.96 standard errors)", columns, rows)
 
 
 def effect_table(diagnosis: Diagnosis) -> Table:
@@ -163,7 +162,7 @@ def effect_table(diagnosis: Diagnosis) -> Table:
 
 
 def catalogue_table(diagnosis: Diagnosis) -> Table:
-    """Return a row per entry of the catalogue."""
+    """Return a row per entry of the catalogue; below it why an effect could not be tested or is not shown."""
     columns = ("effect", "verdict", "coefficient", "unit", "bound", "score", "visibility")
     rows = [
         (
@@ -178,33 +177,13 @@ def catalogue_table(diagnosis: Diagnosis) -> Table:
         for entry in diagnosis.catalogue
     ]
     share = "visibility: share of an effect's signature that no change of the fitted parameters could imitate"
-    return Table("Every effect of the catalogue", columns, rows, [share, *list_reasons(diagnosis)])
-
-
-def list_reasons(diagnosis: Diagnosis) -> list[str]:
-    """Say why an effect could not be tested, or is not shown although its score is high."""
     needed = diagnosis.settings["score_needed_certain"]
-    return [
+    reasons = (
         f"{words.effect_name(entry.name, entry.axis)}: {entry.why}"
         for entry in diagnosis.catalogue
         if entry.verdict == Verdict.NOT_TESTABLE or (entry.verdict == Verdict.NOT_SHOWN and entry.score > needed)
-    ]
-
-
-def log_table(diagnosis: Diagnosis) -> Table:
-    """Return a row per log."""
-    columns = ("file", "used for", "samples", "rate [Hz]", "SHA-256")
-    rows = [(e.file, e.used_for, str(e.samples), words.to_digits(e.rate_hz), e.sha256[:16]) for e in diagnosis.data]
-    return Table("Logs", columns, rows)
-
-
-def setting_table(diagnosis: Diagnosis) -> Table:
-    """Return every setting that has a value under its key in diagnosis.json, then command, date and versions."""
-    settings, provenance = numbers_of(to_json_value(diagnosis.settings)), diagnosis.provenance
-    rows = [(key, words.to_digits(value)) for key, value in settings]
-    rows.append(("command", str(provenance.get("command", ""))))
-    rows.append(("date", f"{provenance.get('date', '')}, {words.to_digits(diagnosis.seconds, 2)} s"))
-    return Table("Settings", ("setting", "value"), [*rows, *provenance.get("versions", {}).items()])
+    )
+    return Table("Every effect of the catalogue", columns, rows, [share, *reasons])
 
 
 def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterator[Table]:
