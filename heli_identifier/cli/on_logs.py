@@ -29,7 +29,6 @@ def diagnose(
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,
     json: bool = args.JSON,
-    verbose: bool = args.VERBOSE,
 ) -> None:
     """Find what the model lacks, add it, compare on held-out logs, and build the corrected plant.
 
@@ -38,7 +37,7 @@ def diagnose(
     configuration = args.find_configuration(config)
     way = " (name another log with --validate)"
     diagnosis, *_ = diagnose_paths(logs, validate, configuration, output, start, end, way, keep_events)
-    terminal.print_diagnosis(diagnosis, verbose, json)
+    terminal.print_diagnosis(diagnosis, json)
     terminal.note_written(output, results.RESULTS)
 
 

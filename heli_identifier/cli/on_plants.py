@@ -17,10 +17,7 @@ from heli_plant.parameters import PlantParameters
 from heli_plant.state_feedback import FeedbackSettings
 
 
-def effects(
-    json: bool = args.JSON,
-    verbose: bool = args.VERBOSE,
-) -> None:
+def effects(json: bool = args.JSON) -> None:
     """List every effect that a model may lack: its law, unit, plausible range and source."""
     document, rows = [], []
     for effect in CATALOGUE:
@@ -28,10 +25,10 @@ def effects(
         document.append({name: value for name, value in entry.items() if name != "function"})
         span = results.typeset(f" {effect.lower:g} to {effect.upper:g}").strip()
         shapes = ", ".join(results.label_with_unit(shape.name, shape.unit) for shape in effect.shapes)
-        law, unit = results.law_text(effect.law), results.unit_text(effect.unit)
-        rows.append((effect.name, effect.axis, law, unit, span, shapes, effect.source))
-    columns = ("effect", "axis", "law", "unit of c", "range of c", "shapes", "source")[: None if verbose else 5]
-    print_answer(json, document, [results.Table("Effects", columns, [row[: len(columns)] for row in rows])])
+        unit = results.unit_text(effect.unit)
+        rows.append((effect.name, effect.axis, effect.law, unit, span, shapes, effect.source))
+    columns = ("effect", "axis", "law", "unit of c", "range of c", "shapes", "source")
+    print_answer(json, document, [results.Table("Effects", columns, rows)])
 
 
 @only_with(

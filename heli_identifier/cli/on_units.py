@@ -107,7 +107,6 @@ def simulate(
     runs: int | None = option(None, RUNS, "N", min=2, max=100_000),
     seed: int = option(0, "Seed of the draws of --runs.", "N", min=0),
     json: bool = args.JSON,
-    verbose: bool = args.VERBOSE,
 ) -> None:
     """Run units wired together, and print or draw what they did."""
     no_svg = plot is not None and plot.suffix.lower() != ".svg"
@@ -130,11 +129,11 @@ def simulate(
         result.write_csv(output)
     if plot is not None:
         write_atomically(plot, results.figure_file(results.run_figure(result, recorded)))
-    _print_run(result, json, verbose)
+    _print_run(result, json)
 
 
-def _print_run(result: Any, json: bool, everything: bool) -> None:
-    """Print figures of every output, for many runs the range of 95 % of them."""
+def _print_run(result: Any, json: bool) -> None:
+    """Print figures of the outputs, for many runs the range of 95 % of them; the table leaves out those of groups."""
     values, bands, end = result.values, result.bands, f"{result.time[-1]:g} s"
     if bands is not None:
         title = f"{bands.runs} runs of {end}; 95 % of them lie between low and high"
@@ -148,7 +147,7 @@ def _print_run(result: Any, json: bool, everything: bool) -> None:
     rows = [
         (output["name"], *(results.to_digits(output[key], 4) for key in figures), results.unit_text(output["unit"]))
         for output in outputs
-        if everything or output["name"].count(".") == 1
+        if output["name"].count(".") == 1
     ]
     document: Any = outputs
     if bands is not None:

@@ -142,9 +142,9 @@ def show(result: "results.Tabular", json: bool, written: tuple[Path, Iterable[st
     print_answer(json, result.to_dict(), [result.table], (), written, warnings=result.warnings)
 
 
-def print_diagnosis(diagnosis: "hi.Diagnosis", everything: bool = False, json: bool = False) -> None:
-    """Print the verdict, the effects, the parameters and the errors; with ``everything`` also the catalogue."""
-    tables, heading = results.diagnosis_tables(diagnosis, everything), results.verdict_line(diagnosis)
+def print_diagnosis(diagnosis: "hi.Diagnosis", json: bool = False) -> None:
+    """Print the verdict, the effects, the parameters and the errors."""
+    tables, heading = results.diagnosis_tables(diagnosis), results.verdict_line(diagnosis)
     notes = results.typeset_notes(diagnosis.notes)
     print_answer(json, diagnosis.to_dict(), tables, heading=heading, warnings=notes)
 

@@ -2,7 +2,7 @@
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import zip_longest
 from math import inf
 from textwrap import wrap
@@ -186,11 +186,10 @@ def catalogue_table(diagnosis: Diagnosis) -> Table:
     return Table("Every effect of the catalogue", columns, rows, [share, *reasons])
 
 
-def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterator[Table]:
-    """Return the tables of a diagnosis, with ``everything`` also the one of the catalogue."""
-    named = (effect_table,) if diagnosis.effects or diagnosis.possible else ()
-    last = (catalogue_table,) if everything else ()
-    yield from (make(diagnosis) for make in (*named, gain_table, parameter_table, error_table, *last))
+def diagnosis_tables(diagnosis: Diagnosis) -> list[Table]:
+    """Return the tables of a diagnosis for the terminal; that of the catalogue stands in the report."""
+    named = [effect_table] if diagnosis.effects or diagnosis.possible else []
+    return [make(diagnosis) for make in (*named, gain_table, parameter_table, error_table)]
 
 
 def diagnosis_summary(diagnosis: Diagnosis) -> str:
