@@ -39,27 +39,13 @@ def simulate(
 ) -> DataFrame:
     """Simulate the plant: the simplified model of the paper, eq. (2), (9), (10), (12), with every effect that is on.
 
-    Parameters
-    ----------
-    parameters : ParameterSet, PlantParameters, Diagnosis, or path of a parameters.json
-    inputs : Log, path of one, or array_like of shape (N, 2)
-        Front and rear voltage [V], each row held for one step. Of a log, its voltages are taken, in its own steps.
-    step : float
-        Sampling period and integration step [s]; without effect where a log is given.
-    start : PlantState, optional
-        State at time 0. By default that of the log's first samples, or rest under no voltage.
+    ``inputs`` are a log, whose voltages are taken in its own steps, or front and rear voltage (N, 2) [V], each row held
+    for one ``step`` [s]. The ``start`` is by default that of the log's first samples, or rest under no voltage.
 
-    Returns
-    -------
-    pandas.DataFrame
-        Index ``time`` [s]; columns v_front, v_rear [V], held until the next row; pitch, elevation, travel [rad] as the
-        encoders' shafts turn; then the other fields of :class:`heli_plant.state.PlantState`, which names their units.
-
-    Raises
-    ------
-    ConfigurationError
-        The parameters are not those of a plant, the voltages are not of shape (N, 2) and finite, or the step is not
-        positive.
+    Returns a table with the index ``time`` [s] and the columns v_front, v_rear [V], held until the next row; pitch,
+    elevation, travel [rad] as the encoders' shafts turn; then the other fields of
+    :class:`heli_plant.state.PlantState`, which names their units. ConfigurationError if the parameters are not those of
+    a plant, the voltages are not of shape (N, 2) and finite, or the step is not positive.
     """
     import pandas
 
@@ -93,37 +79,14 @@ def build(
     all_platforms: bool = False,
     model_exchange: bool = False,
 ) -> Path:
-    """Build a co-simulation unit.
+    """Build a unit of :data:`fmu_src.UNITS` as ``folder/<unit>.fmu``, complete or not at all; return this path.
 
-    Parameters
-    ----------
-    unit : str
-        HelicopterPlant, AdaptiveIdentifier, PidController, Exciter or LogPlayer.
-    folder : path
-        Made if it does not exist. The file appears complete or not at all.
-    parameters : ParameterSet, Diagnosis, path of a parameters.json, or mapping, optional
-        Start values; of a mapping by structured name (``pitch.damping``), each in the unit of the model description.
-        What a diagnosis calls the axes fit for stands in the unit's description.
-    native : bool
-        In C, which needs no Python on the host, in place of Python.
-    fmi : int
-        Version of FMI, 2 or 3; a unit in Python is of FMI 2.0.
-    all_platforms : bool
-        Compile a native unit for macOS and, in FMI 3.0, for ARM as well.
-    model_exchange : bool
-        A native plant has Model Exchange beside co-simulation.
-
-    Returns
-    -------
-    Path
-        ``folder/<unit>.fmu``.
-
-    Raises
-    ------
-    ConfigurationError
-        The parameters are another unit's, or lack some of the plant's.
-    BuildError
-        There is no such unit, or it does not take a parameter or its value.
+    ``parameters`` are start values; those of a mapping have structured names (``pitch.damping``) and the units of the
+    model description. What a diagnosis calls the axes fit for stands in the unit's description. A ``native`` unit is in
+    C, which needs no Python on its host; it is of FMI 2 or 3 (``fmi``), may have Model Exchange beside co-simulation,
+    and is compiled for macOS and, in FMI 3.0, for ARM as well with ``all_platforms``. ConfigurationError if the
+    parameters are another unit's or lack some of the plant's, BuildError if there is no such unit or it does not take a
+    parameter or its value.
     """
     from fmu_src import build as build_unit
 
