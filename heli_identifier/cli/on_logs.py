@@ -151,13 +151,11 @@ def check(
         raise typer.Exit(FAILED)
 
 
-@only_with(start="log", end="log", config="log")
+@only_with(config="log")
 def compare(
     first: Path = argument(..., "Folder that `heli diagnose` wrote.", "FIRST"),
     second: Path = argument(..., "Another one, of this rig or of another.", "SECOND"),
     log: list[Path] = option([], "Log on which both plants are to predict; repeatable.", "LOG", show_default=False),
-    start: float | None = args.FROM,
-    end: float | None = args.TO,
     config: Path | None = args.CONFIG,
     json: bool = args.JSON,
 ) -> None:
@@ -166,5 +164,5 @@ def compare(
     A plant is better on a log where the interval of its error 1 s ahead (.2 s where a controller flew) lies below the
     other's.
     """
-    recorded = args.read_logs_of_rig(log, config, start, end)[0] if log else ()
+    recorded = args.read_logs_of_rig(log, config)[0] if log else ()
     terminal.show(hi.compare(first, second, recorded), json)

@@ -98,8 +98,6 @@ def simulate(
     controller: Path | None = args.CONTROLLER,
     fmu: list[str] = option([], "FMU file of a unit; by default the unit is built.", "UNIT=FILE", show_default=False),
     log: Path | None = option(None, "Log that the scenario plays.", "LOG"),
-    start: float | None = args.FROM,
-    end: float | None = args.TO,
     config: Path | None = args.CONFIG,
     output: Path | None = args.to_file("Every output of every unit as CSV."),
     plot: Path | None = option(None, "The run as a figure, .svg.", "FILE"),
@@ -114,7 +112,7 @@ def simulate(
     files = args.parse_assignments(fmu, "--fmu", "UNIT=FILE, as plant=result/HelicopterPlant.fmu")
     values = args.scenario_values(scenario, controller, ())
     values |= args.scenario_values(scenario, parameters, settings, files)
-    with _play_log(scenario, log, start, end, config) as (recorded, played):
+    with _play_log(scenario, log, config) as (recorded, played):
         if step is None:
             step = recorded.step if recorded else 0.01
         if duration is None:
@@ -160,7 +158,7 @@ def _print_run(result: Any, json: bool) -> None:
 
 @contextmanager
 def _play_log(
-    scenario: str, path: Path | None, start: float | None, end: float | None, config: Path | None
+    scenario: str, path: Path | None, config: Path | None
 ) -> "Iterator[tuple[hi.Log | None, dict[str, Any]]]":
     """Return the log that a scenario plays, and the parameters of the units that play it or start with it."""
     units = dict(fmu_src.scenario(scenario).units)
@@ -172,7 +170,7 @@ def _play_log(
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
     from heli_identifier.following import SAMPLE_TIME
 
-    ((log,), rig) = args.read_logs_of_rig([path], config, start, end)
+    ((log,), rig) = args.read_logs_of_rig([path], config)
     limit, _ = records.highest_voltage([log], rig.format.voltage_limit)
     with results.play_log(log) as values:
         values |= {"identifier.sample.time": log.step, "corrector.sample.time": max(log.step, SAMPLE_TIME)}

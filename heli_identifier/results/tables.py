@@ -95,16 +95,14 @@ GAIN_OF = dict(zip(AXES, GAINS, strict=True))
 
 def error_table(diagnosis: Diagnosis) -> Table:
     """Return a row per axis and kind of error, with intervals; predictions without a model are those over 1 s."""
-    # under a controller the errors that its voltages answer do not lead
-    leading = ("ahead_100ms", "ahead_200ms", "closed_loop_3s") if diagnosis.closed_loop else ()
     rows = []
     for axis, report in diagnosis.axes.items():
-        for field in dict.fromkeys((*leading, *words.AHEAD)):
+        for field, ahead in words.AHEAD.items():
             figures = [getattr(errors, field) for errors in (report.before, report.after, report.noise_floor)]
             if figures[0] or figures[1]:
                 bare = (report.angle_stays, report.rate_stays) if field == "prediction_1s" else (None, None)
                 cells = (*map(words.angle_value, bare), *map(words.angle_text, figures))
-                rows.append((axis, words.AHEAD[field], *cells))
+                rows.append((axis, ahead, *cells))
     columns = ("axis", "error [mrad]", "angle stays", "rate stays", "before", "after", "noise floor")
     return Table("Error on held-out logs", columns, rows, [words.held_out_sentence(diagnosis)])
 

@@ -16,10 +16,10 @@ SMALLEST_SHARE = 5e-4
 """A smaller share is printed as zero."""
 
 AHEAD = {
-    "prediction_1s": "1 s ahead", "prediction_2s": "2 s ahead", "free_run": "free run",
-    "ahead_100ms": ".1 s ahead", "ahead_200ms": ".2 s ahead", "closed_loop_3s": "of the closed loop over 3 s",
+    "ahead_100ms": ".1 s ahead", "ahead_200ms": ".2 s ahead", "prediction_1s": "1 s ahead",
+    "prediction_2s": "2 s ahead", "free_run": "free run", "closed_loop_3s": "of the closed loop over 3 s",
 }  # fmt: skip
-"""Texts for the errors of a plant, those first that lead in open loop."""
+"""Texts for the errors of a plant."""
 
 
 def raise_powers(text: str) -> str:

@@ -20,7 +20,6 @@ FLIGHTS = (
     Fault("a rate out of range", parameters(), f"{FOLLOW} --listen 127.0.0.1:0 --rate 10", "50 to 2000 Hz are"),
     Fault("a folder where the flight's events go", beside(lambda out: (out / "events.json").mkdir()), PLAY, "events.json: Is a directory"),
     Fault("a link to nowhere where the recording goes", beside(lambda out: (out / "recorded.csv").symlink_to("/proc/none/x")), PLAY, "out/recorded.csv is there already"),
-    Fault("a flight from behind the log's end", parameters(), f"{PLAY} --from 1e6", "nothing is left with start = 1e+06 s; the log"),
 )  # fmt: skip
 
 STREAMS = (
