@@ -35,8 +35,7 @@ def diagnose(
     Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu: all of them, or none.
     """
     configuration = args.find_configuration(config)
-    way = " (name another log with --validate)"
-    diagnosis, *_ = diagnose_paths(logs, validate, configuration, output, start, end, way, keep_events)
+    diagnosis = diagnose_paths(logs, validate, configuration, output, start, end, keep_events)
     terminal.print_diagnosis(diagnosis, json)
     terminal.note_written(output, results.RESULTS)
 
@@ -48,18 +47,14 @@ def diagnose_paths(
     output: Path,
     start: float | None = None,
     end: float | None = None,
-    way: str = "",
     keep_events: bool = False,
-) -> "tuple[hi.Diagnosis, tuple[hi.Log, ...], tuple[hi.Log, ...]]":
-    """Diagnose a rig and write the results; give the diagnosis, the training logs and the held-out logs.
-
-    ``way`` says how to hold out other logs; it is printed if no log was named for that.
-    """
+) -> "hi.Diagnosis":
+    """Diagnose a rig and write the results."""
     with results.write_whole_folder(output) as draft:
         logs = hi.read_data_set(paths, validate, configuration.format, start, end)
         training, held_out, split_note = tools.split_logs(*logs)
         if split_note:
-            note(split_note + way)
+            note(split_note)
         print_notes((*training, *held_out))
         settings = replace(hi.DiagnosisSettings.from_rig(configuration), keep_events=keep_events)
         with progress_bar() as bar:
@@ -68,7 +63,7 @@ def diagnose_paths(
             )
             bar("building and running the corrected unit", 0.9)
             results.write_results(diagnosis, configuration.name, draft)
-    return diagnosis, training, held_out
+    return diagnosis
 
 
 def look(
