@@ -79,10 +79,7 @@ def compare(
     rig, records = after.likelihood.rig, _records(before, after, logs)
     mended = [undo_in_log(after.likelihood.faults, log, after.parameters.v_max) for log in logs]
     starts = [rig.initial_state(log.angles, log.voltages, log.step) for log in mended]
-    models, judged = (
-        {"before": Model.of(before), "after": Model.of(after)},
-        "ahead_200ms" if closed_loop else "prediction_1s",
-    )
+    models = {"before": Model.of(before), "after": Model.of(after)}
     found = {name: [likelihood_of(model, record) for record in records] for name, model in models.items()}
     runs = {name: [run for run, _ in of_model] for name, of_model in found.items()}
     free_runs = {
@@ -109,7 +106,7 @@ def compare(
     moved = [(run.measured(1.0) - run.motion[:, :3], run.motion[:, 3:]) for run in ours]
     angle_stays = rms_figures([angles for angles, _ in moved], SPACING, "error 1 s ahead")
     rate_stays = rms_figures([angles - rates for angles, rates in moved], SPACING, "error 1 s ahead")
-    axes = {}
+    axes, judged = {}, "ahead_200ms" if closed_loop else "prediction_1s"
     for i, axis in enumerate(rig.axes):
         error, gain = figures["after"][i], rig.gains[i]
         bare = angle_stays_200ms[i].value if closed_loop else min(angle_stays[i].value, rate_stays[i].value)
