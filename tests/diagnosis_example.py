@@ -28,11 +28,14 @@ def simulated_log(seconds=20.0, seed=0, parameters=AFTER, name="run"):
     return Log(name, 1.0 / H, held, angles + np.random.default_rng(seed).normal(0.0, 4e-4, angles.shape))
 
 
-def held_out_series(log):
-    """Its free runs."""
+def held_out_series(log, seed=1):
+    """Its free runs, and innovations that are white after and correlated before."""
+    random = np.random.default_rng(seed)
+    after = random.normal(0.0, 1.0, (log.samples, 3))
+    before = after + 1.6 * np.sin(0.06 * np.arange(len(after)))[:, None]
     start = start_of(log)
     runs = {name: simulate(log.voltages, H, start, p)[1] for name, p in (("before", BEFORE), ("after", AFTER))}
-    return results.HeldOutSeries(log, runs, start._asdict())
+    return results.HeldOutSeries(log, runs, start._asdict(), {"before": before, "after": after}, H)
 
 
 def figure(value):
@@ -52,7 +55,7 @@ def axis_reports(series):
             before=results.AxisError(*near, figure(5e-3), figure(1.3e-2), figure(3e-2) if stable else None),
             after=results.AxisError(*near, figure(2e-3), figure(4e-3), run if stable else None),
             noise_floor=results.AxisError(*near, figure(1.9e-3), figure(3.6e-3)), angle_stays=figure(0.15),
-            rate_stays=figure(0.07), air=3e-3, air_rate=2.5,
+            rate_stays=figure(0.07), whiteness_p={"before": 1e-9, "after": 0.4}, air=3e-3, air_rate=2.5,
             encoder_noise=6e-4, use=results.Use.CONTROL if stable else results.Use.PREDICTION, change=change,
             why="references agree" if stable else "k_y is not determined: its interval is ± .1",
         )  # fmt: skip

@@ -91,6 +91,9 @@ def test_errors_on_held_out_logs_are_near_the_noise_floor_and_those_of_a_rig_wit
         # figures of 340 starts that overlap: some twenty independent seconds a log, 16 % each way, two of those
         assert found.value < 1.4 * report.noise_floor.prediction_1s.value
         assert found.low <= found.value <= found.high
+    (series,) = diagnosed[rig].series
+    # scale of one log against that of three: 9000 samples know theirs to 1 %, the air of another flight to a few
+    np.testing.assert_allclose(series.residuals["after"][500:].std(axis=0), 1.0, atol=0.1)
 
 
 def test_held_out_logs_of_another_rig_are_less_likely_and_that_is_said_and_a_log_too_short_is_refused():

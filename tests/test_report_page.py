@@ -15,7 +15,7 @@ from heli_identifier.results.report import report_page
 from heli_identifier.results.svg import Axes, figure, thin_line, ticks
 from heli_identifier.results.tables import effect_table, error_table, experiments_of, gain_table
 from heli_identifier.tracing import Determination, LogFault
-from tests.diagnosis_example import adequate_diagnosis, example_diagnosis
+from tests.diagnosis_example import adequate_diagnosis, example_diagnosis, simulated_log
 
 
 class Page(HTMLParser):
@@ -81,6 +81,10 @@ def test_what_is_not_in_the_plant_faults_of_logs_a_second_log_and_a_noise_floor_
     page = report_page(replace(example_diagnosis(), faults=(late,), notes=notes), "rig")
     assert page.count("A late column") == 1
     assert page.index("A late column. Fix it") < page.index("voltages reach 5.10 V") < page.index("<h2>Details</h2>")
+    # each held-out log has its residuals, and the first one the overlay
+    count = '<svg class="figure"'
+    two = report_page(example_diagnosis([simulated_log(name="one"), simulated_log(seed=2, name="two")]), "rig")
+    assert two.count(count) == text.count(count) + 3
     nothing = ErrorFigure(0.0, 0.0, 0.0)
     pitch = replace(whole.axes["pitch"], noise_floor=AxisError(nothing, nothing, nothing, nothing))
     page = report_page(replace(whole, axes={**whole.axes, "pitch": pitch}), "rig")

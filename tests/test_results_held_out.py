@@ -218,7 +218,11 @@ def test_before_and_after_an_effect(compared, fits):
     assert pitch.after.prediction_1s.value < min(pitch.angle_stays.value, pitch.rate_stays.value)
     # the plant with the effect errs as on records of its own making, where the figure is known to some tenths
     assert pitch.after.ahead_200ms.value == pytest.approx(pitch.noise_floor.ahead_200ms.value, rel=0.4)
+    assert pitch.whiteness_p["after"] > 0.001 > pitch.whiteness_p["before"]
     assert axes["travel"].after.free_run is None
+    # over the same scales, the residual before is the larger
+    assert series.residuals["after"][:, 0].std() < series.residuals["before"][:, 0].std()
+    assert series.residuals["after"].shape == (fits[2].samples, 3)
     # the free run can be repeated from the series
     again = simulate(series.log.voltages, series.log.step, PlantState(**series.start), fits[1].parameters)[1]
     assert np.array_equal(again, series.free_runs["after"])

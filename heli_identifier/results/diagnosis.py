@@ -105,6 +105,8 @@ class AxisReport:
     """1 s error [rad] of a prediction that knows no model: a model has to beat it."""
     rate_stays: ErrorFigure
     """The same, of a rate that stays."""
+    whiteness_p: Mapping[str, Number]
+    """Ljung-Box p value of the innovations, `before` and `after`."""
     air: Number
     """Standard deviation of the torque of the air [rad/s^2]."""
     air_rate: Number
@@ -147,10 +149,15 @@ class HeldOutSeries:
     """Of the models "before" and "after": angles (N, 3) [rad], simulated from ``start`` under the voltages."""
     start: Mapping[str, float]
     """Start state by the fields of the plant's state, so that the FMU repeats the run."""
+    residuals: Mapping[str, Array]
+    """Of both, shape (n, 3): innovations under the air and over the scales of the plant after, every ``residual_step``
+    [s]: under its own air the plant before would look white, since that has taken what it lacks for air."""
+    residual_step: float
+    """[s]."""
     stretches: Mapping[str, Array] = field(default_factory=dict)
-    """Of both, shape (n, 4): time [s] and what they predict of a flight under a controller in stretches, each begun at
-    the measured motion: 3 s with the controller where it is known, else 1 s under the voltages. Not a number between
-    two stretches."""
+    """Of both, shape (n, 3): what they predict of a flight under a controller in stretches, each begun at the measured
+    motion, every ``residual_step`` [s]: 3 s with the controller where it is known, else 1 s under the voltages. Not a
+    number between two stretches."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -19,13 +19,17 @@ The other figures are root mean squares of errors:
 
 The noise floor is the same errors of the plant on records that it simulated itself, with the air and the encoders'
 noise of its fit (:mod:`.prediction`). All intervals come from one bootstrap over segments of 4 s (:mod:`.bootstrap`).
+
+Source of the test for whiteness: Ljung and Box 1978, eq. (1.2).
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import log, pi
+from math import log, nan, pi
 
 import numpy as np
+from scipy.signal import correlate
+from scipy.special import chdtrc
 
 from heli_identifier.chain import Fault, undo_faults
 from heli_identifier.records import Log
@@ -36,10 +40,14 @@ from heli_identifier.results.words import AHEAD
 from heli_identifier.tracing.fit import Fit, fit, fit_per_log
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.likelihood import Likelihood, undo_in_record
+from heli_identifier.tracing.noise import filters, recolour
 from heli_identifier.tracing.references import CHANNELS, controllers_of
 from heli_identifier.tracing.rig import Array, Parameters, Record, records_of
 from heli_identifier.tracing.settings import OUTLIER
 from heli_identifier.tracing.statements import Determination, ParameterReport
+
+WHITE_TIME = 1.0
+"""Longest lag [s] of the test for whiteness. What the plant lacks at longer times, the filter takes for air."""
 
 
 def likelihood_of(model: Model, record: Record) -> tuple[Run, Array]:
@@ -102,24 +110,28 @@ def compare(
     change = {
         name: change_figures(of_before, errors["after"][name], SPACING) for name, of_before in errors["before"].items()
     }
+    residuals = {name: [_standardise(run, models["after"]) for run in of_model] for name, of_model in runs.items()}
     floor, air = _noise_floor(models["after"], ours), after.air()
     moved = [(run.measured(1.0) - run.motion[:, :3], run.motion[:, 3:]) for run in ours]
     angle_stays = rms_figures([angles for angles, _ in moved], SPACING, "error 1 s ahead")
     rate_stays = rms_figures([angles - rates for angles, rates in moved], SPACING, "error 1 s ahead")
     axes, judged = {}, "ahead_200ms" if closed_loop else "prediction_1s"
     for i, axis in enumerate(rig.axes):
-        error, gain = figures["after"][i], rig.gains[i]
+        error, gain, weights = figures["after"][i], rig.gains[i], [record.weights[:, i] for record in records]
         bare = angle_stays_200ms[i].value if closed_loop else min(angle_stays[i].value, rate_stays[i].value)
         lifts, reached = gain in rig.positive_gains, getattr(error, judged).value
         use, why = judge_use(gain, reports.get(gain), reached, bare, HORIZONS[judged], lifts)
+        p = {name: _ljung_box_p([z[:, i] for z in of_model], weights, records[0].step)
+             for name, of_model in residuals.items()}  # fmt: skip
         axes[axis] = AxisReport(
-            figures["before"][i], error, floor[i], angle_stays[i], rate_stays[i], float(air[0, i]), float(air[1, i]),
+            figures["before"][i], error, floor[i], angle_stays[i], rate_stays[i], p, float(air[0, i]), float(air[1, i]),
             float(models["after"].encoder_noise[i]), use, why, {name: by_axis[i] for name, by_axis in change.items()},
         )  # fmt: skip
     series = tuple(
         HeldOutSeries(
             log, {name: of_model[i] for name, of_model in free_runs.items()},
             dict(zip(rig.state, map(float, starts[i]), strict=True)),
+            {name: of_model[i] for name, of_model in residuals.items()}, records[i].step,
             {name: _join_stretches(records[i], *of_model[i]) for name, of_model in stretches.items() if i in of_model},
         )
         for i, log in enumerate(mended)
@@ -200,11 +212,33 @@ def _thin_errors(flown: _Stretches, records: Sequence[Record]) -> list[Array]:
 
 
 def _join_stretches(record: Record, firsts: Sequence[int], errors: Array) -> Array:
-    """Return time [s] and the angles [rad] that stretches predict, (N, 1 + a); not a number between them."""
+    """Return the angles (N, a) [rad] that stretches predict; not a number between them."""
     predicted = np.full_like(record.angles, np.nan)
     for first, e in zip(firsts, errors, strict=True):
         predicted[first : first + len(e) - 1] = (record.angles[first : first + len(e)] - e)[:-1]  # a gap to the next
-    return np.column_stack((record.time, predicted))
+    return predicted
+
+
+def _standardise(run: Run, model: Model) -> Array:
+    """Return the innovations (N, a) of a run under the air and over the scales of another ``model``."""
+    step, rig, linear = run.record.step, run.model.rig, run.model.rig.linear(run.model.parameters)
+    old, new = (filters(step, linear, rig.air(z)) for z in (run.model.z, model.z))
+    columns = [recolour(e, before, [after])[0] for e, before, after in zip(run.innovations.T, old, new, strict=True)]
+    return np.column_stack(columns) / model.scales(step)
+
+
+def _ljung_box_p(white: Sequence[Array], weights: Sequence[Array], step: float) -> float:
+    """Return the p value of the portmanteau test; pairs with a sample that does not count are left out.
+
+    (n + 2)/n sum_k c_k^2 / n_k is chi-squared if the residuals are white; c_k is the sum of the n_k products at lag k.
+    """
+    lags, n = max(1, round(WHITE_TIME / step)), sum(float(w.sum()) for w in weights)
+    if n <= lags:
+        return nan
+    square = sum(float(w @ z**2) for z, w in zip(white, weights, strict=True)) / n
+    of_logs = [[correlate(x, x)[len(x) :][:lags] for x in (z * w, w)] for z, w in zip(white, weights, strict=True)]
+    products, pairs = (sum(of_lags) for of_lags in zip(*of_logs, strict=True))
+    return float(chdtrc(lags, (n + 2.0) / n * float(((products / square) ** 2 / np.maximum(pairs, 1.0)).sum())))
 
 
 def _likelihood(before: Sequence[Array], after: Sequence[Array], steps: Sequence[float]) -> HeldOutLikelihood:

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from scipy.signal import correlate
 
 from heli_identifier import tracing
 from heli_identifier.results import tables, words
-from heli_identifier.results.diagnosis import Diagnosis, Use
+from heli_identifier.results.diagnosis import Diagnosis, HeldOutSeries, Use
 from heli_identifier.results.documents import write_files
 from heli_identifier.results.parameters import PLANT, corrected_parameters
 from heli_identifier.results.running import build, check_free_run
@@ -32,6 +33,9 @@ PAGES = TEMPLATES.overlay(
     finalize=lambda value: words.typeset(value) if isinstance(value, str) and not hasattr(value, "__html__") else value
 )
 """The templates of pages: their texts are typeset, their markup is not. Other files are not typeset."""
+
+LAGS = 50
+"""Lags up to which the autocorrelation of innovations is drawn."""
 
 
 def write_results(diagnosis: Diagnosis, rig: str, folder: Path) -> None:
@@ -57,6 +61,7 @@ def report_page(diagnosis: Diagnosis, rig: str) -> str:
         overlay=_draw_overlay(diagnosis),
         entry_of=catalogue_effect,
         law_figure=_law_figure,
+        residual_figure=_residual_figure,
     )
 
 
@@ -68,15 +73,15 @@ def render(template: str, **parts: Any) -> str:
 def _draw_overlay(diagnosis: Diagnosis) -> str:
     """Draw the measured motion of the first held-out log, and the motion of the plants before and after."""
     series, panels = diagnosis.series[0], []
-    free_runs = {name: np.column_stack((series.log.time, run)) for name, run in series.free_runs.items()}
-    before, after = (np.transpose((series.stretches or free_runs)[name]) for name in ("before", "after"))
+    runs, step = (series.stretches, series.residual_step) if series.stretches else (series.free_runs, series.log.step)
+    time = np.arange(len(runs["after"]), dtype=np.float64) * step
     for index, axis in enumerate(AXES):
         measured = series.log.angles[:, index]
         centre, half_height = 0.5 * (measured.min() + measured.max()), 0.75 * max(np.ptp(measured), 1e-3)
         panel = Axes(f"{axis} [rad]", 120.0, (centre - half_height, centre + half_height))
         panel.line(series.log.time, measured, "measured", "measured", 2.4)
-        panel.line(before[0], before[1 + index], "before", "model before", 1.0)
-        panel.line(after[0], after[1 + index], "after", "plant after", 1.2)
+        panel.line(time, runs["before"][:, index], "before", "model before", 1.0)
+        panel.line(time, runs["after"][:, index], "after", "plant after", 1.2)
         panel.spans = [
             (event.start_in_file - series.log.start, event.end_in_file - series.log.start)
             for event in diagnosis.events
@@ -102,3 +107,17 @@ def _law_figure(diagnosis: Diagnosis, effect: tracing.FoundEffect) -> str:
         panel.points(curve.points[:, 0], 1e3 * curve.points[:, 1], "measured", "data")
     label, title = words.label_with_unit(tracing.variable_name(curve.variable), curve.unit), words.effect_title(effect)
     return figure([panel], label, f"{title}: the law with its band over what the training logs show")
+
+
+def _residual_figure(series: HeldOutSeries, axis: str) -> str:
+    """Draw the autocorrelation of an axis's innovations on a held-out log."""
+    panel = Axes("autocorrelation")
+    for label, of_axes in series.residuals.items():
+        values = of_axes[:, AXES.index(axis)]
+        centred = values - values.mean()
+        values_by_lag = correlate(centred, centred)[len(values) :][:LAGS] / max(float(centred @ centred), 1e-300)
+        panel.line(np.arange(1, LAGS + 1) * series.residual_step, values_by_lag, label, label)
+    bound = np.full(2, 1.96 / np.sqrt(len(values)))
+    panel.band(np.array([0.0, LAGS * series.residual_step]), -bound, bound, "95 % of white noise")
+    subject = f"Autocorrelation of the innovations of the {axis} on {series.log.name}, before and after"
+    return figure([panel], "lag [s]", subject)
