@@ -72,17 +72,18 @@ def test_validate_takes_all_files_up_to_the_next_option():
         assert spread_options(typed.split()) == taken.split()
 
 
-def test_on_a_narrow_terminal_cells_break_at_spaces_and_in_a_pipe_nowhere(monkeypatch, capsys):
+def test_on_a_narrow_terminal_figures_stand_without_their_intervals_unless_they_are_asked_for(monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "60")
     rows = [("pitch gain of the model as it was", "0.2930 ± 0.0057 rad/s²/V", "5.00 (4.50 to 5.50)")]
-    table, printed = Table("Gains", ("parameter", "value", "error [mrad]"), rows), []
-    for terminal in (False, True):
+    table, printed = Table("Gains (± 1.96 standard errors)", ("parameter", "value", "error [mrad]"), rows), []
+    for terminal, intervals in ((False, False), (True, True), (True, False)):
         monkeypatch.setattr(sys.stdout, "isatty", lambda told=terminal: told)
-        print_table(table)
+        print_table(table, intervals)
         printed.append(re.sub(r"\x1b\[\d*m", "", capsys.readouterr().out))
     assert all(cell in printed[0] for cell in rows[0])
     assert max(map(len, printed[1].splitlines())) <= 60
-    assert set(" ".join(rows[0]).split()) <= set(printed[1].split())
+    assert set(" ".join(rows[0]).split()) <= set(printed[1].split())  # cells break at spaces
+    assert "0.2930 rad/s²/V" in printed[2] and "±" not in printed[2] and "4.50" not in printed[2]
 
 
 @pytest.mark.parametrize("error, code, said", [

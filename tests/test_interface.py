@@ -155,7 +155,7 @@ def test_voltages_beyond_the_limit_of_the_rig_are_those_that_its_motors_got(tmp_
     highest, found = np.abs(strong.voltages).max(), hi.identify(strong)
     assert found.parameters.values["motor.voltage_limit"].value == highest > 5.0
     assert 5.0 * found.estimates["k_x"].value == pytest.approx(hi.identify(log).estimates["k_x"].value, rel=2e-2)
-    with _play_log("measured_data", write_log(strong, tmp_path / "log.csv"), None) as (_, values):
+    with _play_log("measured_data", write_log(strong, tmp_path / "log.csv"), None, None, None) as (_, values):
         assert values["identifier.motor.voltage_limit"] == highest
 
 

@@ -48,6 +48,7 @@ CONFIG = option(None, "Configuration of the rig; by default heli.toml of this fo
 FROM = option(None, "First instant used, in the log's own time.", "SECONDS", "--from")
 TO = option(None, "Last instant used, in the log's own time.", "SECONDS", "--to")
 JSON = flag("Print the result as JSON, and nothing else, on standard output.", "--json")
+VERBOSE = flag("Print more: intervals, reasons, what was tried.", "--verbose", "-v")
 SETTINGS = option([], "A parameter by its name; repeatable.", "NAME=VALUE", "--set", "-s", show_default=False)
 PARAMETERS = option(None, "parameters.json of a diagnosis, for the unit it names.", "FILE", "--parameters", "-p")
 PLANT_FILE = Path("parameters.json")

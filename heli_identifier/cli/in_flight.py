@@ -17,7 +17,7 @@ AT_START = "parameters.json of the twin at the start."
 UNUSED = "Folder of the flight; without an earlier one in it."
 
 
-@only_with(sender="listen", rate="listen")
+@only_with(sender="listen", rate="listen", start="not listen", end="not listen")
 def follow(
     log: Path | None = argument(None, "Log to play, in place of a rig.", "LOG"),
     listen: str | None = option(None, "Address of this computer to which the rig sends.", "HOST:PORT"),
@@ -26,6 +26,8 @@ def follow(
     serve: str | None = option(None, "Show the twin in a browser as well, at this address.", "HOST:PORT"),
     sender: str = option("", "Address of the rig; by default, the first that sends a sample.", "HOST"),
     rate: float | None = option(None, "The rig's sampling rate; by default, found from its time stamps.", "HZ"),
+    start: float | None = args.FROM,
+    end: float | None = args.TO,
     config: Path | None = args.CONFIG,
 ) -> None:
     """Follow a rig while it flies: notice that the twin no longer fits, say why, correct it, and say so.
@@ -48,7 +50,7 @@ def follow(
     with ExitStack() as stack:
         source: Player | Listening
         if log is not None:
-            ((recorded,), configuration) = args.read_logs_of_rig([log], config)
+            ((recorded,), configuration) = args.read_logs_of_rig([log], config, start, end)
             source = Player(recorded)
         else:
             configuration = args.find_configuration(config)

@@ -28,16 +28,25 @@ def diagnose(
     start: float | None = args.FROM,
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,
+    native: bool = args.NATIVE,
     json: bool = args.JSON,
+    verbose: bool = args.VERBOSE,
 ) -> None:
     """Find what the model lacks, add it, compare on held-out logs, and build the corrected plant.
 
-    Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu: all of them, or none.
+    Writes diagnosis.json, report.html, parameters.json and HelicopterPlant.fmu, with --native also
+    HelicopterPlant-native.fmu: all of them, or none.
     """
+    from heli_identifier.live.session import RECORDED
+
+    flight = f"{output} holds a flight, {RECORDED}, and a diagnosis would replace files of it; name another folder."
+    refuse((output / RECORDED).exists(), flight)
     configuration = args.find_configuration(config)
-    diagnosis = diagnose_paths(logs, validate, configuration, output, start, end, keep_events)
-    terminal.print_diagnosis(diagnosis, json)
-    terminal.note_written(output, results.RESULTS)
+    diagnosis = diagnose_paths(logs, validate, configuration, output, start, end, keep_events, native)
+    terminal.print_diagnosis(diagnosis, verbose, json)
+    terminal.note_written(output, (*results.RESULTS, results.NATIVE_PLANT) if native else results.RESULTS)
+    if native:
+        args.warn_of_missing_compilers()
 
 
 def diagnose_paths(
@@ -48,9 +57,10 @@ def diagnose_paths(
     start: float | None = None,
     end: float | None = None,
     keep_events: bool = False,
+    native: bool = False,
 ) -> "hi.Diagnosis":
     """Diagnose a rig and write the results."""
-    with results.write_whole_folder(output) as draft:
+    with results.write_whole_folder(output, (results.NATIVE_PLANT,)) as draft:
         logs = hi.read_data_set(paths, validate, configuration.format, start, end)
         training, held_out, split_note = tools.split_logs(*logs)
         if split_note:
@@ -62,7 +72,7 @@ def diagnose_paths(
                 training, held_out=held_out, settings=settings, progress=lambda what, share: bar(what, 0.85 * share)
             )
             bar("building and running the corrected unit", 0.9)
-            results.write_results(diagnosis, configuration.name, draft)
+            results.write_results(diagnosis, configuration.name, draft, native)
     return diagnosis
 
 
@@ -146,18 +156,21 @@ def check(
         raise typer.Exit(FAILED)
 
 
-@only_with(config="log")
+@only_with(start="log", end="log", config="log")
 def compare(
     first: Path = argument(..., "Folder that `heli diagnose` wrote.", "FIRST"),
     second: Path = argument(..., "Another one, of this rig or of another.", "SECOND"),
     log: list[Path] = option([], "Log on which both plants are to predict; repeatable.", "LOG", show_default=False),
+    start: float | None = args.FROM,
+    end: float | None = args.TO,
     config: Path | None = args.CONFIG,
     json: bool = args.JSON,
+    verbose: bool = args.VERBOSE,
 ) -> None:
     """Compare two diagnoses: which parameters and effects differ by more than their intervals, which plant is better.
 
     A plant is better on a log where the interval of its error 1 s ahead (.2 s where a controller flew) lies below the
     other's.
     """
-    recorded = args.read_logs_of_rig(log, config)[0] if log else ()
-    terminal.show(hi.compare(first, second, recorded), json)
+    recorded = args.read_logs_of_rig(log, config, start, end)[0] if log else ()
+    terminal.show(hi.compare(first, second, recorded), json, verbose)

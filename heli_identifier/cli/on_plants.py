@@ -17,16 +17,18 @@ from heli_plant.parameters import PlantParameters
 from heli_plant.state_feedback import FeedbackSettings
 
 
-def effects(json: bool = args.JSON) -> None:
-    """List every effect that a model may lack: its law, unit and plausible range; --json has all that is declared."""
+def effects(json: bool = args.JSON, verbose: bool = args.VERBOSE) -> None:
+    """List every effect that a model may lack: its law, unit, plausible range and source."""
     document, rows = [], []
     for effect in CATALOGUE:
         entry = asdict(effect) | {"parameter": f"effects.{effect.name}.{effect.axis}"}
         document.append({name: value for name, value in entry.items() if name != "function"})
         span = results.typeset(f" {effect.lower:g} to {effect.upper:g}").strip()
-        rows.append((effect.name, effect.axis, effect.law, results.unit_text(effect.unit), span))
-    columns = ("effect", "axis", "law", "unit of c", "range of c")
-    print_answer(json, document, [results.Table("Effects", columns, rows)])
+        shapes = ", ".join(results.label_with_unit(shape.name, shape.unit) for shape in effect.shapes)
+        unit = results.unit_text(effect.unit)
+        rows.append((effect.name, effect.axis, effect.law, unit, span, shapes, effect.source))
+    columns = ("effect", "axis", "law", "unit of c", "range of c", "shapes", "source")[: None if verbose else 5]
+    print_answer(json, document, [results.Table("Effects", columns, [row[: len(columns)] for row in rows])])
 
 
 @only_with(

@@ -98,6 +98,8 @@ def simulate(
     controller: Path | None = args.CONTROLLER,
     fmu: list[str] = option([], "FMU file of a unit; by default the unit is built.", "UNIT=FILE", show_default=False),
     log: Path | None = option(None, "Log that the scenario plays.", "LOG"),
+    start: float | None = args.FROM,
+    end: float | None = args.TO,
     config: Path | None = args.CONFIG,
     output: Path | None = args.to_file("Every output of every unit as CSV."),
     plot: Path | None = option(None, "The run as a figure, .svg.", "FILE"),
@@ -105,6 +107,7 @@ def simulate(
     runs: int | None = option(None, RUNS, "N", min=2, max=100_000),
     seed: int = option(0, "Seed of the draws of --runs.", "N", min=0),
     json: bool = args.JSON,
+    verbose: bool = args.VERBOSE,
 ) -> None:
     """Run units wired together, and print or draw what they did."""
     no_svg = plot is not None and plot.suffix.lower() != ".svg"
@@ -112,7 +115,7 @@ def simulate(
     files = args.parse_assignments(fmu, "--fmu", "UNIT=FILE, as plant=result/HelicopterPlant.fmu")
     values = args.scenario_values(scenario, controller, ())
     values |= args.scenario_values(scenario, parameters, settings, files)
-    with _play_log(scenario, log, config) as (recorded, played):
+    with _play_log(scenario, log, start, end, config) as (recorded, played):
         if step is None:
             step = recorded.step if recorded else 0.01
         if duration is None:
@@ -127,11 +130,11 @@ def simulate(
         result.write_csv(output)
     if plot is not None:
         write_atomically(plot, results.figure_file(results.run_figure(result, recorded)))
-    _print_run(result, json)
+    _print_run(result, json, verbose)
 
 
-def _print_run(result: Any, json: bool) -> None:
-    """Print figures of the outputs, for many runs the range of 95 % of them; the table leaves out those of groups."""
+def _print_run(result: Any, json: bool, everything: bool) -> None:
+    """Print figures of every output, for many runs the range of 95 % of them."""
     values, bands, end = result.values, result.bands, f"{result.time[-1]:g} s"
     if bands is not None:
         title = f"{bands.runs} runs of {end}; 95 % of them lie between low and high"
@@ -145,7 +148,7 @@ def _print_run(result: Any, json: bool) -> None:
     rows = [
         (output["name"], *(results.to_digits(output[key], 4) for key in figures), results.unit_text(output["unit"]))
         for output in outputs
-        if output["name"].count(".") == 1
+        if everything or output["name"].count(".") == 1
     ]
     document: Any = outputs
     if bands is not None:
@@ -158,7 +161,7 @@ def _print_run(result: Any, json: bool) -> None:
 
 @contextmanager
 def _play_log(
-    scenario: str, path: Path | None, config: Path | None
+    scenario: str, path: Path | None, start: float | None, end: float | None, config: Path | None
 ) -> "Iterator[tuple[hi.Log | None, dict[str, Any]]]":
     """Return the log that a scenario plays, and the parameters of the units that play it or start with it."""
     units = dict(fmu_src.scenario(scenario).units)
@@ -170,7 +173,7 @@ def _play_log(
         raise ConfigurationError(f"scenario {scenario} plays a log; name it with --log.")
     from heli_identifier.following import SAMPLE_TIME
 
-    ((log,), rig) = args.read_logs_of_rig([path], config)
+    ((log,), rig) = args.read_logs_of_rig([path], config, start, end)
     limit, _ = records.highest_voltage([log], rig.format.voltage_limit)
     with results.play_log(log) as values:
         values |= {"identifier.sample.time": log.step, "corrector.sample.time": max(log.step, SAMPLE_TIME)}

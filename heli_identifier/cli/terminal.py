@@ -101,10 +101,16 @@ def print_notes(logs: "Sequence[hi.Log]") -> None:
             warn(f"{log.path}: {text}: `heli init LOG` writes a heli.toml with the columns and signs that fit")
 
 
-def print_table(table: "results.Table") -> None:
-    """Print a table with its remarks; on a terminal its cells break at spaces, in a file or a pipe nowhere."""
+def print_table(table: "results.Table", intervals: bool = True) -> None:
+    """Print a table with its remarks; on a terminal its cells break at spaces, in a file or a pipe nowhere.
+
+    On a terminal that is too narrow, figures lose their intervals unless ``intervals``.
+    """
+    width = get_terminal_size().columns if sys.stdout.isatty() else inf
+    if not intervals and max(map(len, table._replace(remarks=()).text().splitlines())) > width:
+        table = table.without_intervals()
     typer.secho(results.typeset(table.title), bold=True)
-    typer.echo(table.text(get_terminal_size().columns if sys.stdout.isatty() else inf))
+    typer.echo(table.text(width))
 
 
 def print_answer(
@@ -114,6 +120,7 @@ def print_answer(
     remarks: Iterable[str] = (),
     written: tuple[Path, Iterable[str]] | None = None,
     heading: str = "",
+    intervals: bool = True,
     warnings: Iterable[str] = (),
 ) -> None:
     """Print a result as JSON, or as heading, tables, remarks, and the files that were ``written`` into a folder.
@@ -128,7 +135,7 @@ def print_answer(
         if heading:
             typer.secho(heading, bold=True)
         for table in tables:
-            print_table(table)
+            print_table(table, intervals)
         for text in remarks:
             typer.echo(results.typeset(text))
         if written:
@@ -137,16 +144,19 @@ def print_answer(
         warn(text)
 
 
-def show(result: "results.Tabular", json: bool, written: tuple[Path, Iterable[str]] | None = None) -> None:
+def show(
+    result: "results.Tabular", json: bool, intervals: bool = True, written: tuple[Path, Iterable[str]] | None = None
+) -> None:
     """Print a value that has a table."""
-    print_answer(json, result.to_dict(), [result.table], (), written, warnings=result.warnings)
+    document, tables = result.to_dict(), [result.table]
+    print_answer(json, document, tables, (), written, intervals=intervals, warnings=result.warnings)
 
 
-def print_diagnosis(diagnosis: "hi.Diagnosis", json: bool = False) -> None:
-    """Print the verdict, the effects, the parameters and the errors."""
-    tables, heading = results.diagnosis_tables(diagnosis), results.verdict_line(diagnosis)
+def print_diagnosis(diagnosis: "hi.Diagnosis", reasons: bool = False, json: bool = False) -> None:
+    """Print the verdict, the effects, the parameters and the errors; with ``reasons`` the catalogue and intervals."""
+    tables, heading = results.diagnosis_tables(diagnosis, reasons), results.verdict_line(diagnosis)
     notes = results.typeset_notes(diagnosis.notes)
-    print_answer(json, diagnosis.to_dict(), tables, heading=heading, warnings=notes)
+    print_answer(json, diagnosis.to_dict(), tables, heading=heading, intervals=reasons, warnings=notes)
 
 
 @contextmanager

@@ -31,6 +31,7 @@ from .parameters import corrected_parameters as corrected_parameters
 from .parameters import draw_values as draw_values
 from .parameters import plant_values as plant_values
 from .prediction import Model as Model
+from .report import NATIVE_PLANT as NATIVE_PLANT
 from .report import RESULTS as RESULTS
 from .report import render as render
 from .report import report_page as report_page

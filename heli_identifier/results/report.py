@@ -24,6 +24,9 @@ from heli_plant.effects import effect as catalogue_effect
 RESULTS = ("diagnosis.json", "report.html", "parameters.json", "HelicopterPlant.fmu")
 """Files of a diagnosis."""
 
+NATIVE_PLANT = "HelicopterPlant-native.fmu"
+"""File of the corrected plant in C."""
+
 TEMPLATES = Environment(
     loader=PackageLoader("heli_identifier.results"), autoescape=True, undefined=StrictUndefined, auto_reload=False
 )
@@ -38,12 +41,18 @@ LAGS = 50
 """Lags up to which the autocorrelation of innovations is drawn."""
 
 
-def write_results(diagnosis: Diagnosis, rig: str, folder: Path) -> None:
+def write_results(diagnosis: Diagnosis, rig: str, folder: Path, native: bool = False) -> None:
     """Write the files of a diagnosis into ``folder``; ``rig`` is the name of the rig in the report.
 
-    The free run of the plant's unit has to be the reported one.
+    The free run of the plant's unit, and of that in C (``native``), has to be the reported one.
     """
     parameters = corrected_parameters(diagnosis)
+    if native:
+        from fmu_src.native import runs_here
+
+        native_unit = build(PLANT, folder, parameters, native=True).rename(folder / NATIVE_PLANT)
+        if runs_here():
+            check_free_run(native_unit, diagnosis)
     check_free_run(build(PLANT, folder, parameters), diagnosis)
     page = report_page(diagnosis, rig)
     write_files(folder, {"parameters.json": parameters, "report.html": page, "diagnosis.json": diagnosis.to_dict()})

@@ -19,6 +19,8 @@ from heli_plant.parameters import BY_FIELD
 
 _NUMBER_CELL = re.compile(r"[+−-]?\.?\d[\d., ]*(e[-+]?\d+)?( .*|%)?|–|")
 """A cell in a column of figures: a number, also with a text after a space, a dash, or nothing."""
+_INTERVAL = re.compile(r" ± [^ ]+| \([^()]* to [^()]*\)| \(±[^()]*\)")
+"""The interval of a figure, behind it."""
 
 
 class Table(NamedTuple):
@@ -54,6 +56,11 @@ class Table(NamedTuple):
             if row is self.columns:
                 lines.append(f" {'─' * (sum(widths) + 3 * len(widths) - 3)}")
         return "\n".join(["", *lines, "", *map(words.typeset, self.remarks)])
+
+    def without_intervals(self) -> "Table":
+        """Return the table with figures alone."""
+        columns, *rows = [[_INTERVAL.sub("", cell) for cell in row] for row in (self.columns, *self.rows)]
+        return Table(_INTERVAL.sub("", self.title), columns, rows, self.remarks)
 
     def __html__(self) -> str:
         """Return a ``<table>`` element for pages."""
@@ -184,10 +191,11 @@ def catalogue_table(diagnosis: Diagnosis) -> Table:
     return Table("Every effect of the catalogue", columns, rows, [share, *reasons])
 
 
-def diagnosis_tables(diagnosis: Diagnosis) -> list[Table]:
-    """Return the tables of a diagnosis for the terminal; that of the catalogue stands in the report."""
-    named = [effect_table] if diagnosis.effects or diagnosis.possible else []
-    return [make(diagnosis) for make in (*named, gain_table, parameter_table, error_table)]
+def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> list[Table]:
+    """Return the tables of a diagnosis, with ``everything`` also the one of the catalogue."""
+    named = (effect_table,) if diagnosis.effects or diagnosis.possible else ()
+    last = (catalogue_table,) if everything else ()
+    return [make(diagnosis) for make in (*named, gain_table, parameter_table, error_table, *last)]
 
 
 def diagnosis_summary(diagnosis: Diagnosis) -> str:
