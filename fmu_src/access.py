@@ -25,8 +25,9 @@ def getter(kind: str) -> Callable[[Any, list[int]], list[Any]]:
         try:
             if unit.outdated:
                 unit.prepare()
-            if not known.issuperset(vrs):
-                raise unknown_reference(kind, next(reference for reference in vrs if reference not in known))
+            if known.issuperset(vrs):
+                return [values[reference] for reference in vrs]
+            raise unknown_reference(kind, next(reference for reference in vrs if reference not in known))
         except BaseException as problem:
             unit.report(f"get{kind}", problem)
         return [values[reference] if reference in known else _BLANKS[kind] for reference in vrs]
@@ -38,11 +39,11 @@ def setter(kind: str) -> Callable[[Any, list[int], list[Any]], None]:
     """Return the method that sets variables by reference; it logs and ignores values out of range."""
 
     def set_values(unit: Any, vrs: list[int], values: list[Any]) -> None:
-        inputs = unit.stepping_inputs if kind == "Real" else {}
+        inputs, refused = unit.stepping_inputs if kind == "Real" else {}, unit.refused
         for reference, value in zip(vrs, values, strict=True):
             try:
                 bounds = inputs.get(reference)
-                if bounds and bounds[0] <= value <= bounds[1] and not unit.refused:  # the usual case, kept fast
+                if bounds and bounds[0] <= value <= bounds[1] and not refused:  # the usual case, kept fast
                     unit.values[reference] = value
                 else:
                     unit.set_value(kind, reference, value)

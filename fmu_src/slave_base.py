@@ -63,6 +63,27 @@ def check_substeps(span: float, length: float, name: str, time: float) -> None:
         )
 
 
+def check_step(phase: str, refused: str, has_past: bool, reached: float, time: float, step: float) -> None:
+    """Refuse a ``step`` from ``time`` [s] that the unit cannot take after the one that ended at ``reached`` [s].
+
+    ``refused`` says which variables have no good value; it is empty if all have one.
+    """
+    if phase != STEPPING:
+        raise Refusal(f"the unit is {phase} and cannot step from t = {time:g} s: finish its initialisation first")
+    if refused != "":
+        raise Refusal(f"the step from t = {time:g} s is refused until this is corrected: {refused}")
+    if not 0.0 < step < LONGEST_STEP:
+        raise Refusal(
+            f"communication step = {step!r} s at t = {time:g} s must be positive and below {LONGEST_STEP:g} s"
+        )
+    is_continuous = abs(time - reached) <= CLOCK_TOLERANCE * step
+    if not is_continuous and (has_past or not isfinite(time)):
+        raise Refusal(
+            f"the step begins at t = {time!r} s, the one before ended at {reached!r} s: time must neither repeat nor "
+            "jump; to go back, restore a state from then"
+        )
+
+
 class SlaveBase(Fmi2Slave):
     """A co-simulation unit that never raises through the C boundary."""
 
@@ -185,28 +206,14 @@ class SlaveBase(Fmi2Slave):
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Advance from ``current_time`` by ``step_size`` [s]; a refused step changes nothing."""
         try:
-            self._check_step(current_time, step_size)
+            refused = "; ".join(text for _, text in sorted(self.refused.items())) if self.refused else ""
+            check_step(self.phase, refused, self.has_past, self.reached, current_time, step_size)
             self.advance(current_time, step_size)
             self.reached = current_time + step_size
             return True
         except BaseException as problem:  # KeyboardInterrupt as well: through the C boundary it would kill the host
             self.report("doStep", problem)
             return False
-
-    def _check_step(self, time: float, step: float) -> None:
-        if self.phase != STEPPING:
-            problem = f"the unit is {self.phase} and cannot step from t = {time:g} s"
-            raise Refusal(f"{problem}: finish its initialisation first")
-        if self.refused:
-            reasons = "; ".join(text for _, text in sorted(self.refused.items()))
-            raise Refusal(f"the step from t = {time:g} s is refused until this is corrected: {reasons}")
-        if not 0.0 < step < LONGEST_STEP:
-            given = f"communication step = {step!r} s at t = {time:g} s"
-            raise Refusal(f"{given} must be positive and below {LONGEST_STEP:g} s")
-        is_continuous = abs(time - self.reached) <= CLOCK_TOLERANCE * step
-        if not is_continuous and (self.has_past or not isfinite(time)):
-            given = f"the step begins at t = {time!r} s, the one before ended at {self.reached!r} s"
-            raise Refusal(f"{given}: time must neither repeat nor jump; to go back, restore a state from then")
 
     # Values
 

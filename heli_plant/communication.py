@@ -72,5 +72,8 @@ def is_finite(state: PlantState) -> bool:
 
 def read_sensors(state: PlantState, counts: EncoderCounts) -> tuple[float, float, float, float, float, float]:
     """Return the angles [rad] as the encoders read them, and the rates [rad/s]; ``counts`` of 0 round nothing."""
-    pitch, elevation, travel = [quantise(angle, n) for angle, n in zip(measured_angles(state), counts, strict=True)]
-    return pitch, elevation, travel, state.pitch_rate, state.elevation_rate + state.bending_rate, state.travel_rate
+    pitch, elevation, travel = measured_angles(state)
+    return (
+        quantise(pitch, counts.pitch), quantise(elevation, counts.elevation), quantise(travel, counts.travel),
+        state.pitch_rate, state.elevation_rate + state.bending_rate, state.travel_rate,
+    )  # fmt: skip

@@ -163,12 +163,8 @@ def test_a_multisine_has_its_rms_and_only_its_tones_and_a_seed_fixes_it():
 
 
 @pytest.mark.parametrize(("make", "message"), [
-    (lambda: excitation.SquareChirp(period=0.0), "square.period = 0.0 s must be positive"),
-    (lambda: excitation.SquareChirp(high=nan), "square.high = nan V"),
     (lambda: excitation.Multisine(highest=0.01), "multisine.highest = 0.01 Hz must lie in"),
     (lambda: excitation.Excitation(base=6.0), "excitation.base = 6.0 V must lie in"),
-    (lambda: excitation.paper_channels(3, "both"), "experiment = 3 must be 1 or 2"),
-    (lambda: excitation.paper_channels(1, "sum"), "channel = 'sum'"),
     (lambda: IdentifierSettings(gain_limit=nan), "adaptation.gain_limit = nan must be positive"),
     (lambda: IdentifierSettings(initial=ModelParameters(k_x=nan)), "initial.k_x = nan"),
 ])  # fmt: skip

@@ -14,8 +14,8 @@ from fmu_src.access import thaw_state
 from heli_identifier import following
 from heli_identifier.following import REASONS, Sample
 from heli_identifier.following.covariance import correct_covariance, find_steady_state, predict_covariance
-from heli_identifier.following.cusum import Inflation, Projection, cusum_statistic, siegmund_threshold
-from heli_identifier.following.evidence import Coefficients, shift_block, start_sums
+from heli_identifier.following.cusum import Projection, cusum_statistic, siegmund_threshold
+from heli_identifier.following.evidence import Coefficients, Noise, shift_block, start_sums
 from heli_identifier.following.observer import Encoder
 from heli_identifier.following.prediction import compare_errors
 from heli_identifier.following.trial import take_back
@@ -69,16 +69,14 @@ def test_blocks_after_an_adoption_are_those_of_a_twin_that_had_the_change(seed):
     assert np.allclose(moved[0], block(e - 2.0 * psi @ theta)[0], rtol=1e-9, atol=1e-9)
 
 
-def test_the_variance_inflation_of_correlated_blocks_is_their_long_run_variance():
-    """A moving average u_k = w_k + w_(k-1) has the long-run variance 4 for a variance of 2; two lags are enough."""
-    w = np.random.default_rng(7).standard_normal(4000)
-    u, inflation, found = w[1:] + w[:-1], Inflation(), []
-    for k in range(2, len(u)):
-        inflation = inflation.learn(*[Projection(u[k - lag], 2.0, 1.0) for lag in range(3)])
-        found.append(inflation.factor)
-    # a mean of some 240 blocks, of terms whose scatter is 3, and a prior of 1 with a third of the weight of 120
-    assert np.mean(found[500:]) == pytest.approx((60.0 + 120.0 * 2.0) / 180.0, abs=0.2)
-    assert min(found) >= 1.0
+def test_the_variance_inflation_is_learned_from_squares_and_never_below_1():
+    """Squares of N(0, 2) have the mean 2; the largest is cut off, which costs some .2. Nothing is learned from none."""
+    squares, noise, found = 2.0 * np.random.default_rng(7).standard_normal((4000, 6)) ** 2, Noise(blocks=120.0), []
+    for row in squares.tolist():
+        noise = noise.inflate([one / noise.inflation for one in row])
+        found.append(noise.inflation)
+    assert np.mean(found[500:]) == pytest.approx(2.0, abs=0.2)
+    assert noise.inflate([]) == noise and Noise().inflate([0.1]).inflation == 1.0
 
 
 @pytest.mark.parametrize("information", [0.3, 3.0, 100.0])
@@ -102,7 +100,7 @@ def test_the_mean_time_between_false_alarms_is_the_stated_one(information):
 @given(st.lists(st.floats(-5.0, 5.0), max_size=50), st.floats(0.1, 2.0))
 def test_a_cusum_is_the_largest_sum_that_ends_now(responses, nu):
     """Page 1954: S_k = max(0, max over j of s_j + ... + s_k); the run is the length of that sum."""
-    total, run = cusum_statistic([Projection(response, 1.0, 1.0) for response in responses], nu)
+    total, run = cusum_statistic([Projection(response, 1.0) for response in responses], nu)
     steps = [nu * response - 0.5 * nu * nu for response in responses]
     sums = [sum(steps[j:]) for j in range(len(steps))]
     assert total == pytest.approx(max([0.0, *sums]), abs=1e-9)
@@ -222,7 +220,7 @@ def test_values_that_predict_worse_than_those_before_are_taken_back():
     after, new_events = continue_flight(state._replace(twin=before, rival=(state.twin,)), k + 1)
     assert [(one.what, one.why) for one in new_events] == [REASONS["worse"]]
     assert (after.mode, after.twin) == ("following", state.twin)
-    back = take_back(state, PLAN.alone.values, "worse", PLAN)
+    back = take_back(state, PLAN)
     assert any(state.errors) and not any(back.errors), "values that were given have no standard error"
 
 

@@ -37,8 +37,7 @@ def test_a_regressor_from_outside_counts_whole_and_an_answer_to_innovations_not_
     psi = np.column_stack([answer_to(e, 2.0), answer_to(outside, 2.0)])
     stride, o = product_interval(H), initial_outside(2)
     for k in range(stride, len(e), stride):
-        o = o._replace(innovation_sum=float(e[k - stride : k].sum()))
-        o = update_outside(o, psi[k].tolist(), 1.0, stride * H)
+        o = update_outside(o, float(e[k - stride : k].sum()), psi[k].tolist(), 1.0, stride * H)
     inside, own = shares(o, ONE)
     # 6000 products, correlated over .5 s, are some 600 independent ones: four filters explain 4/600 of anything.
     assert own == pytest.approx(1.0, abs=0.05) and inside == pytest.approx(1e-4)

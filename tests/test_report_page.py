@@ -88,7 +88,7 @@ def test_what_is_not_in_the_plant_faults_of_logs_a_second_log_and_a_noise_floor_
     nothing = ErrorFigure(0.0, 0.0, 0.0)
     pitch = replace(whole.axes["pitch"], noise_floor=AxisError(nothing, nothing, nothing, nothing))
     page = report_page(replace(whole, axes={**whole.axes, "pitch": pitch}), "rig")
-    assert 'data-label="noise floor">0 ' not in page and "A dash: it is unstable" in page
+    assert 'data-label="noise floor">0 ' not in page and "A dash: the plant is unstable" in page
 
 
 def test_the_first_experiment_is_the_one_that_settles_most():

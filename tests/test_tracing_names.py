@@ -6,19 +6,18 @@ from functools import cache
 import numpy as np
 import pytest
 from scipy.signal import lfilter
-from scipy.special import expit
 from scipy.stats import chi2
 
 from benchmarks.rigs import likelihood_of, windy_logs
 from heli_identifier.results import log_likelihood
 from heli_identifier.tracing import Verdict, helicopter, select
-from heli_identifier.tracing.fit import covariance, fit, fit_log_spread
+from heli_identifier.tracing.fit import fit, fit_log_spread
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_time
-from heli_identifier.tracing.select import fit_delivered, refit, stepwise
-from heli_identifier.tracing.settings import KEPT, UNKNOWN
-from heli_identifier.tracing.stability import halves_agree, left_out_gain, open_structure
+from heli_identifier.tracing.select import fit_delivered
+from heli_identifier.tracing.settings import UNKNOWN
+from heli_identifier.tracing.stability import halves_agree, leave_logs_out, left_out_gain
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2
 from heli_plant.tabulated_torque import KNOTS, tabulated_torque
@@ -82,17 +81,18 @@ def test_a_coupling_is_one_family_on_two_axes_that_makes_left_out_logs_likelier_
     assert agreement.observed == agreement.expected == 1.0
 
 
-def test_an_interval_holds_what_the_gains_would_be_with_an_effect_that_is_hardly_seen():
-    """Of what is not in the plant the strongest moves the gains by a refit as far as is said, to a third of it."""
-    selection, _ = searched("clean", 1)
-    plant, scores = selection.fit, selection.scores
-    effect = max(plant.likelihood.rig.candidates, key=lambda own: scores[own.field].score)
-    deviation = np.sqrt(sum(moves**2 for _, moves in open_structure(selection, plant)))
-    p, other = expit(scores[effect.field].score - KEPT), refit(plant, [effect], [effect.field])
+def test_a_log_from_another_supply_moves_the_gains_by_its_share_when_it_is_left_out():
+    """Its gains are larger by s = ln 1.1. Without it the mean over 3 logs falls by s/3, without another it rises by
+    s/6. Logs also differ by chance and by the effects that enter: a third of s/3 is tolerated."""
+    logs, _ = logs_of("clean", 1, count=3)
+    logs[2] = replace(logs[2], voltages=logs[2].voltages / 1.1)
+    likelihood = likelihood_of(logs)
+    selection = select(fit_log_spread(fit(likelihood, likelihood.rig.base)), likelihood.rig.candidates)
+    plant, moves, s = selection.fit, leave_logs_out(selection, selection.fit), np.log(1.1)
+    expected = np.sqrt(2.0 / 3.0) * np.array([s / 6.0, s / 6.0, -s / 3.0])
     for gain in ("k_x", "k_z", "k_y"):
-        shift = abs(other.estimate(gain) - plant.estimate(gain)) / plant.slope(gain)
-        assert deviation[plant.fields.index(gain)] > 0.67 * np.sqrt(p * (1.0 - p)) * shift
-    assert (deviation < np.sqrt(np.diag(covariance(plant)))).all(), "these logs leave little open"
+        moved = moves[:, plant.fields.index(gain)] * plant.slope(gain) / abs(plant.estimate(gain))
+        assert moved == pytest.approx(expected, abs=s / 9.0), gain
 
 
 def test_a_raised_arm_that_turns_back_and_forth_turns_the_pitch_as_a_thin_beam():
@@ -144,18 +144,6 @@ def test_a_law_is_drawn_as_smooth_as_its_data():
     effect = next(own for own in rig.effects if own.name == "input_delay")
     *_, residual, law = rig.partial_residual(record_of(log, rig), plant, TABLE_2, effect)
     assert float(law @ residual / (law @ law)) == pytest.approx(1.0, abs=0.1)  # air and encoder add some .02
-
-
-def test_a_law_that_another_seems_to_replace_leaves_only_around_a_fit_of_both():
-    """The quadratic form around a fit of one law misjudges what a rival leaves to it."""
-    logs = [noisy_log(TABLE_2._replace(dry_friction_pitch=0.04), drive(60.0, k), 10 + k, name=f"{k}") for k in range(3)]
-    likelihood, resident = likelihood_of(logs), "breakaway_friction_pitch"
-    null, candidates = fit(likelihood, likelihood.rig.base), likelihood.rig.candidates
-    around = Scores(refit(null, candidates, [resident], {resident: 0.03}), candidates)
-    chosen = stepwise(around, [resident])
-    assert around.scores([resident])[resident].score > KEPT > around.scores(chosen)[resident].score
-    assert chosen == [resident, "dry_friction_pitch"]
-    assert stepwise(around, []) == ["dry_friction_pitch"], "what entered may leave for what enters later"
 
 
 def test_a_pitch_that_is_zeroed_anew_in_every_log_is_no_effect_of_the_rig():
@@ -215,10 +203,6 @@ def test_a_clean_rig_has_no_unknown_torque_and_none_is_tried():
 def test_a_notch_is_found_where_it_lies_and_drawn_within_its_band_and_the_plant_has_the_curve_as_its_table():
     _, after, found = searched_unknown("notched")
     assert [(f.axis, f.shape.variable, f.verdict) for f in found] == [("pitch", "pitch", Verdict.UNKNOWN)]
-    words = found[0].shape.description
-    assert "a notch near" in words
-    # its two crests lie one width to either side; a table's spacing is about one width
-    assert float(words.split("near ")[1].split(" rad")[0]) == pytest.approx(CENTRE, abs=WIDTH)
     shape = found[0].shape
     x, low, high = shape.band.T
     often = high - low < 0.5 * DEPTH
@@ -252,13 +236,11 @@ def test_a_periodic_torque_is_found_at_its_frequency_with_its_amplitude():
     assert abs(again.spacing - FREQUENCY) > 0.9 / SECONDS, "the rest of a torque that was found is no further one"
 
 
-def test_a_torque_by_the_travel_closes_after_a_turn_and_has_its_waves_counted():
+def test_a_torque_by_the_travel_closes_after_a_turn():
     _, after, found = searched_unknown("sloping")
     assert [(f.axis, f.shape.variable) for f in found] == [("travel", "travel")]
     p = after.fit.parameters
     assert p.table_torque_1_travel == getattr(p, f"table_torque_{KNOTS}_travel")
-    if len(found[0].shape.curve) > 115:  # the logs went all the way round
-        assert f"periodic with {WAVES} waves per turn" in found[0].shape.description
 
 
 @pytest.mark.parametrize("name", ["notched", "humming", "sloping"])

@@ -12,7 +12,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Mapping
 from contextlib import suppress
-from ctypes import byref, c_double, c_size_t, c_void_p, cast
+from ctypes import addressof, byref, c_double, c_int64, c_size_t, c_void_p, cast
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote_to_bytes
@@ -45,7 +45,7 @@ def _receive_message(environment: int | None, _name: bytes, status: int, _catego
     unit = _INSTANCES.get(environment or 0)
     if unit is not None:
         unit.messages.append(message.decode("utf-8", "replace"))
-        unit.worst[0] = max(unit.worst[0], status)
+        unit.worst.value = max(unit.worst.value, status)
 
 
 _LOGGER = fmi2CallbackLoggerTYPE(_receive_message)
@@ -77,7 +77,7 @@ class Instance:
         processes.restart_watchdog()
         self.name, self.folder = name, str(folder)
         self.messages: list[str] = []  # its log
-        self.worst = np.zeros(1, dtype=np.int64)  # the worst status of a message
+        self.worst = c_int64(0)  # the worst status of a message
         self.description = unpack(name, fmu, folder)
         self.variables = {variable.name: variable for variable in self.description.modelVariables}
         self.outputs = [v for v in self.variables.values() if v.causality == "output" and v.type == "Real"]
@@ -104,7 +104,7 @@ class Instance:
 
     def check(self, call: str, time: float, status: int = 0) -> None:
         """Raise MasterError if the status of ``call`` at ``time`` [s], or one in the log, is worse than a warning."""
-        worst = status if status > WARNING else self.worst[0]
+        worst = status if status > WARNING else self.worst.value
         if worst > WARNING:
             word = _STATUSES[worst] if worst < len(_STATUSES) else f"status {worst}"
             reason = "; ".join(self.messages) or "the unit gives no reason"
@@ -156,38 +156,34 @@ class Instance:
     def reset(self) -> None:
         """Set the unit back to its state after instantiation."""
         self.messages.clear()
-        self.worst[0] = 0
+        self.worst.value = 0
         self._call("reset", 0.0, self.slave.reset)
 
-    def connect(self, inputs: list[str], fed: Array, outputs: list[str], shown: Array) -> None:
-        """Connect inputs, by ``unit.variable``, to their values in ``fed``, and outputs to those in ``shown``."""
+    def connect(
+        self, inputs: list[str], fed: Array, outputs: list[str], shown: Array, time: c_double, step: c_double
+    ) -> None:
+        """Connect inputs, by ``unit.variable``, to their values in ``fed``, and outputs to those in ``shown``.
+
+        ``calls`` are those of a step of ``step`` [s] from ``time`` [s]: name, function in the library, arguments.
+        """
         input_references, output_references = (
             np.array([self.variable(name.partition(".")[2], causality).valueReference for name in names], np.uint32)
             for names, causality in ((inputs, "input"), (outputs, "output"))
         )
-        self._arrays = input_references, fed, output_references, shown, self.worst  # keep what the addresses point to
-        ins, fed_at, outs, shown_at, worst = (array.ctypes.data for array in self._arrays)
+        self._arrays = input_references, fed, output_references, shown  # keep what the addresses point to
+        ins, fed_at, outs, shown_at = (array.ctypes.data for array in self._arrays)
         # fmpy's own methods copy every number twice
-        self._step, self._set, self._get = (self.slave.dll[f"fmi2{call}"] for call in ("DoStep", "SetReal", "GetReal"))
-        step, put, get = (cast(call, c_void_p).value for call in (self._step, self._set, self._get))
-        component, n, m = self.slave.component, len(inputs), len(outputs)
+        put, go, get = (self.slave.dll[f"fmi2{call}"] for call in ("SetReal", "DoStep", "GetReal"))
+        component, n, m, unit = self.slave.component, len(inputs), len(outputs), c_void_p(self.slave.component)
+        calls = (
+            ("setReal", put, (unit, c_void_p(ins), c_size_t(n), c_void_p(fed_at))),
+            ("doStep", go, (unit, time, step, 1)),
+            ("getReal", get, (unit, c_void_p(outs), c_size_t(m), c_void_p(shown_at))),
+        )
+        self.calls = [call for call, count in zip(calls, (n, 1, m), strict=True) if count]
+        put_at, go_at, get_at = (cast(call, c_void_p).value for call in (put, go, get))
         # a Linked of native/c/fmi2.c
-        self.loop_row = component, step, put, ins, n, fed_at, get, outs, m, shown_at, worst
-        self._component = c_void_p(component)
-        self._set_arguments = self._component, c_void_p(ins), c_size_t(n), c_void_p(fed_at)
-        self._get_arguments = self._component, c_void_p(outs), c_size_t(m), c_void_p(shown_at)
-
-    def set_inputs(self, time: float) -> None:
-        """Set the connected inputs at ``time`` [s]."""
-        self.check("setReal", time, self._set(*self._set_arguments))
-
-    def advance(self, time: float, step: float) -> None:
-        """Take a step of ``step`` [s] from ``time`` [s]."""
-        self.check("doStep", time, self._step(self._component, c_double(time), c_double(step), 1))
-
-    def get_outputs(self, time: float) -> None:
-        """Get the connected outputs at ``time`` [s]."""
-        self.check("getReal", time, self._get(*self._get_arguments))
+        self.loop_row = component, go_at, put_at, ins, n, fed_at, get_at, outs, m, shown_at, addressof(self.worst)
 
     def close(self) -> None:
         """Free the instance and its folder; a refusal to terminate is ignored: it must not hide why a run failed."""

@@ -23,10 +23,10 @@ from heli_identifier import processes
 from heli_identifier.files import draft_folder
 from heli_plant.errors import did_you_mean
 
-from ..errors import MasterError, WiringError, check_mapping
+from ..errors import MasterError, WiringError
 from ..variables import Value
 from ..wiring import Scenario, scenario, whole_steps
-from .instance import Array, Instance
+from .instance import WARNING, Array, Instance
 from .result import Bands, Result
 
 STRIDE = 1000  # steps between two restarts of the watchdog
@@ -82,10 +82,6 @@ def run(
     wiring = scenario(scenario_name)
     steps, parameters = whole_steps(duration, step), parameters or {}
     by_unit = wiring.parameters_by_unit(parameters)
-    check_mapping("inputs", inputs or {})
-    for name, given in {"record": record or (), "variations": variations}.items():
-        if not isinstance(given, Collection):
-            raise WiringError(f"{name} = {given!r} must be a list")
     varied_by_unit = [wiring.parameters_by_unit(parameters, variation) for variation in variations]
     inputs = {target: _as_column(target, values, steps) for target, values in (inputs or {}).items()}
     with instantiate_units(wiring, fmus or {}, native or bool(variations)) as units:
@@ -127,10 +123,7 @@ def run(
 
 def _as_column(target: str, values: Any, steps: int) -> Array:
     """Return the values of an input as an array, one for each step."""
-    try:
-        column = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        column = np.empty(0)
+    column = np.asarray(values, dtype=np.float64)
     if column.ndim != 1 or len(column) < steps:
         raise WiringError(f"inputs: {target} has {np.size(values)} values, {steps} steps need as many numbers in a row")
     return column[:steps]
@@ -189,15 +182,17 @@ class Wired:
         targets = [[target for target in wires if target.partition(".")[0] == unit] for unit in units]
         outputs = [[output for output in self.names if output.partition(".")[0] == unit] for unit in units]
         self.sources = np.array([index[wires[target]] for of_unit in targets for target in of_unit], dtype=np.intp)
-        self.values, self.fed = np.zeros(len(index)), np.zeros(len(self.sources))
+        self.values, self.fed, self._time = np.zeros(len(index)), np.zeros(len(self.sources)), c_double(0.0)
         self.outputs, self.input_values = np.split(self.values, [len(self.names)])
         fed = np.split(self.fed, np.cumsum([*map(len, targets)]))
         shown = np.split(self.outputs, np.cumsum([*map(len, outputs)]))
         for k, unit in enumerate(units.values()):
-            unit.connect(targets[k], fed[k], outputs[k], shown[k])
+            unit.connect(targets[k], fed[k], outputs[k], shown[k], self._time, c_double(step))
         loops = [unit.play for unit in units.values()]
         self._loop = loops[0] if all(loops) and not inputs else None
         self._rows = np.array([unit.loop_row for unit in units.values()], dtype=np.uintp)
+        self._calls = [(unit, *call) for unit in units.values() for call in unit.calls]
+        self._sets, self._gets = ([call for call in self._calls if call[1] == name] for name in ("setReal", "getReal"))
 
     def start(self, parameters: Mapping[str, Mapping[str, Value]], stop: float) -> Array:
         """Initialise all units with their parameters at t = 0; return the outputs at that time."""
@@ -205,16 +200,23 @@ class Wired:
             unit.initialise(parameters[name], 0.0, stop)
         self.fetch(0.0)
         self._feed(0)
+        self._run(self._sets, 0.0)
         for unit in self.units.values():
-            unit.set_inputs(0.0)
             unit.finish_initialisation(0.0)
-            unit.get_outputs(0.0)
+        self.fetch(0.0)
         return self.outputs
 
     def fetch(self, time: float) -> None:
         """Get the outputs of all units at ``time`` [s]."""
-        for unit in self.units.values():
-            unit.get_outputs(time)
+        self._run(self._gets, time)
+
+    def _run(self, calls: list[tuple[Any, ...]], time: float) -> None:
+        """Make calls at ``time`` [s]."""
+        self._time.value = time
+        for unit, call, function, arguments in calls:
+            status = function(*arguments)
+            if status > WARNING or unit.worst.value > WARNING:
+                unit.check(call, time, status)
 
     def _feed(self, k: int) -> None:
         """Copy the values of the sources in step ``k`` to the connected inputs."""
@@ -238,8 +240,5 @@ class Wired:
             return
         for k, row in enumerate(record, first):
             self._feed(k)
-            for unit in self.units.values():
-                unit.set_inputs(k * self.step)
-                unit.advance(k * self.step, self.step)
-                unit.get_outputs(k * self.step)
+            self._run(self._calls, k * self.step)
             row[:] = self.outputs

@@ -24,7 +24,7 @@ from heli_plant.state_feedback import FeedbackSettings, feedback_step, start_fee
 from .. import slave_base
 from ..description import TOOL, render, render_xml
 from ..errors import BuildError
-from ..slave_base import CLOCK_TOLERANCE, LONGEST_STEP, SlaveBase
+from ..slave_base import SlaveBase
 from ..units import adaptive_identifier, controllers
 from ..variables import Variable
 from ..vendoring import content_guid
@@ -75,9 +75,8 @@ DEFINITIONS = {
     "AdaptiveIdentifier": Definition(
         ("identifier.c",),
         (
-            online.prepare, online.is_due, online.next_due, online.take_sample, online.begin_sampling,
-            online.before_samples, online.default_settings, online.is_closed, adaptive_identifier.output_values,
-            adaptive_identifier.check_estimate, slave_base.check_substeps,
+            online.prepare, online.begin_sampling, online.before_samples, online.default_settings, online.is_closed,
+            adaptive_identifier.take_samples, adaptive_identifier.output_values,
             (online.IdentifierSettings.__post_init__, {"self": online.IdentifierSettings}),
         ),
         online.IdentifierSettings,
@@ -160,7 +159,7 @@ def native_unit(
 def _model(definition: Definition) -> tuple[str, str]:
     """Return model.h and model.c: the translation of a unit's functions."""
     translation = Translation(definition.externals)
-    for entry in definition.entries:
+    for entry in (slave_base.check_step, *definition.entries):
         translation.translate_entry(*(entry if isinstance(entry, tuple) else (entry,)))
     if definition.settings is not None:
         translation.define_type(Struct(definition.settings))
@@ -178,8 +177,8 @@ def _sources(definition: Definition, unit: type[SlaveBase], variables: Sequence[
     settings = getattr(definition.settings, "__name__", None)
     sources["variables.h"] = render("variables.h.j2", variables=variables, settings=settings, reference=reference)
     sources["variables.c"] = render(
-        "variables.c.j2", unit=unit, variables=variables, exchanged=bool(definition.states), longest_step=LONGEST_STEP,
-        clock_tolerance=CLOCK_TOLERANCE, quoted=literal, number=lambda value: repr(float(value)),
+        "variables.c.j2", unit=unit, variables=variables, exchanged=bool(definition.states), quoted=literal,
+        number=lambda value: repr(float(value)),
     )  # fmt: skip
     return sources
 

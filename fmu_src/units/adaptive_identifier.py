@@ -12,7 +12,7 @@ from heli_identifier import online
 from heli_plant.parameters import BY_FIELD
 
 from ..errors import Refusal
-from ..slave_base import SlaveBase, check_substeps
+from ..slave_base import SlaveBase, check_substeps, time_tolerance
 from ..variables import Variable, for_each, output, parameter, setting
 from .signals import ANGLE_INPUTS, AXES, REFERENCE_INPUTS, VOLTAGE_INPUTS
 
@@ -81,16 +81,25 @@ def output_values(estimate: online.IdentifierOutput, is_in_closed_loop: bool) ->
     )
 
 
-def check_estimate(
-    estimate: online.ModelParameters, time: float, measured: tuple[float, float, float, float, float]
-) -> None:
-    """Refuse an estimate that is not finite in the step from ``time`` [s]; voltages and angles were ``measured``."""
-    if not isfinite(online.total([*estimate])):
+def take_samples(
+    sampled: online.Sampled, time: float, step: float, measured: tuple[float, float, float, float, float],
+    references: tuple[float, float, float], plan: online.Plan,
+) -> tuple[online.Sampled, online.IdentifierOutput | None]:  # fmt: skip
+    """Take the samples that are due by ``time`` [s], from which a ``step`` [s] is taken; refuse too many samples.
+
+    Voltages [V] and angles [rad] are ``measured``. An estimate that is not finite is refused as well.
+    """
+    period, due = plan.settings.sample_time, online.next_due(sampled.first, sampled.state.samples, plan)
+    check_substeps(time - due, period, "sample.time", time)
+    early = time_tolerance(time, time - sampled.first, min(step, period))
+    after, estimate = online.take_samples(sampled, time, early, measured, plan, references)
+    if estimate is not None and not isfinite(online.total([*estimate.parameters])):
         v_front, v_rear, pitch, elevation, travel = measured
         raise Refusal(
             f"the estimate is no longer finite in the step from t = {time:g} s; the inputs (voltages [V] and angles "
             f"[rad]) were [{v_front}, {v_rear}, {pitch}, {elevation}, {travel}]"
         )
+    return after, estimate
 
 
 class AdaptiveIdentifier(SlaveBase):
@@ -124,13 +133,9 @@ class AdaptiveIdentifier(SlaveBase):
         if self.sampled is None:
             self.sampled = online.begin_sampling(time, measured, self.plan, references)
             return
-        late = time - online.next_due(self.sampled, self.plan)
-        check_substeps(late, self.plan.settings.sample_time, "sample.time", time)
-        sampled, estimate = online.take_samples(self.sampled, time, measured, self.plan, references)
+        self.sampled, estimate = take_samples(self.sampled, time, step_size, measured, references, self.plan)
         if estimate is not None:
-            check_estimate(estimate.parameters, time, measured)
             self._show(estimate)
-        self.sampled = sampled
 
     def _show(self, estimate: online.IdentifierOutput) -> None:
         closed = online.is_closed(estimate.feedback)

@@ -7,8 +7,9 @@
 * **Signs.** Both rotors lift. If the means of the voltages have opposite signs and are larger than their variation, one
   has the wrong sign.
 * **Counts.** Steps of another size: the encoder has other counts per turn than the configuration says.
-* **Rounded voltages.** Steps of the voltages beyond :data:`LEAST_STEP` of their standard deviation are not those of a
-  converter: the error is noise of the input, which looks like a lag and like a curve of the thrust.
+* **Rounded voltages.** Steps of the voltages beyond :data:`LEAST_STEP` of their standard deviation that are a power of
+  ten are the digits of a text: the error is noise of the input, which looks like a lag and like a curve of the thrust.
+  Other steps are those of a converter of few bits, or of a stick: the rotors get what the log says.
 * **Jitter.** A reading at a wrong instant is wrong on all axes at once, each by its rate: the errors of two axes are
   correlated by the product of their rates. Errors of two encoders are not.
 * **Flat tops.** Voltages that stay at their largest value, below the limit of the rig, were clipped on their way to the
@@ -104,7 +105,7 @@ def inspect_logs(logs: Sequence[Log], counts: Sequence[int], voltage_limit: floa
             "at once, each by its rate. Log in the task that reads the encoders, or log the time of each reading",
         ))  # fmt: skip
     varied = [v for log in logs for v in log.voltages.T if len(np.unique(v)) >= FEWEST_LEVELS]
-    roundings = [step for v in varied if (step := quantisation_step(v)) > LEAST_STEP * float(v.std())]
+    roundings = [s for v in varied if (s := quantisation_step(v)) > LEAST_STEP * float(v.std()) and _is_decimal(s)]
     if len(roundings) > len(logs):
         defects.append(Defect(
             "rounded", "voltages", f"the voltages come in steps of {np.median(roundings):.2g} V: log them with three "
@@ -124,8 +125,9 @@ def estimate_jitter(angles: Array, step: float) -> tuple[float, float]:
     """Estimate the error of the sampling instants: its standard deviation and the standard error of that [s].
 
     If angles (N, 3) with rates w_i are read at t_k + d_k, their third differences e_i contain those of d w_i and noise
-    that is independent between axes. The regression of e_i e_j on w_i w_j, i < j, therefore has the slope 20 tau^2, tau
-    the standard deviation of d. The result is 0 if no two axes move.
+    that is independent between axes, or is the same at any rate, as a vibration of the bench. The regression of e_i e_j
+    on w_i w_j and a constant, i < j, therefore has the slope 20 tau^2, tau the standard deviation of d. The result is 0
+    if no two axes move.
     """
     length = parabola_samples(step)
     if len(angles) < 4 * length:
@@ -133,12 +135,12 @@ def estimate_jitter(angles: Array, step: float) -> tuple[float, float]:
     rate = savgol_filter(angles, length, 2, 1, step, axis=0)[1:-2]
     error = np.diff(angles, 3, axis=0)
     weight = 1.0 / np.maximum(error.std(0), 1e-12)
-    pairs = [(i, j, weight[i] * weight[j]) for i, j in ((0, 1), (0, 2), (1, 2))]
     seconds = np.arange(len(rate)) // max(round(1.0 / step), 1)
-    xy, xx = (
-        np.bincount(seconds, sum((w * w * a[:, i] * a[:, j] * rate[:, i] * rate[:, j] for i, j, w in pairs)))
-        for a in (error, rate)
-    )
+    xy, xx = np.zeros((2, seconds[-1] + 1))
+    for i, j in ((0, 1), (0, 2), (1, 2)):
+        e, w = (weight[i] * weight[j] * a[:, i] * a[:, j] for a in (error, rate))
+        e, w = e - e.mean(), w - w.mean()
+        xy, xx = xy + np.bincount(seconds, e * w), xx + np.bincount(seconds, w * w)
     if not xx.sum() > 0.0:
         return 0.0, 0.0
     slope = xy.sum() / xx.sum()
@@ -189,6 +191,12 @@ def _compare_counts(axis: str, step: float, counts: int) -> list[Defect]:
     )
     imitates = (f"friction of the {axis}", f"backlash of {axis}", f"timing of {axis}") if ratio > COARSE else ()
     return [Defect("counts", axis, words, imitates, ratio)]
+
+
+def _is_decimal(step: float) -> bool:
+    """Whether a step is the last digit of a text; a fit to a log of 20 s knows it to a thousandth."""
+    decade = float(np.log10(step))
+    return abs(decade - round(decade)) < 1e-3
 
 
 def _clipping_level(log: Log, limit: float) -> float:

@@ -43,7 +43,7 @@ def to_file(text: str) -> Any:
     return option(None, text, "FILE", "--output", "-o")
 
 
-LOGS = argument(..., "Measured logs, CSV or MATLAB, 50 Hz to 2 kHz, all of one rig.", "LOG")
+LOGS = argument(..., "Measured logs of one rig (CSV, MATLAB, ...), 50 Hz to 2 kHz.", "LOG")
 CONFIG = option(None, "Configuration of the rig; by default heli.toml of this folder.", "FILE", "--config", "-c")
 FROM = option(None, "First instant used, in the log's own time.", "SECONDS", "--from")
 TO = option(None, "Last instant used, in the log's own time.", "SECONDS", "--to")

@@ -14,7 +14,7 @@ from heli_identifier.live import Port, read_address
 from heli_identifier.processes import undo_at_end
 
 AT_START = "parameters.json of the twin at the start."
-UNUSED = "Folder of the flight; without an earlier one in it."
+UNUSED = "Folder of the flight; it must not hold an earlier one."
 
 
 @only_with(sender="listen", rate="listen", start="not listen", end="not listen")
@@ -30,7 +30,7 @@ def follow(
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,
 ) -> None:
-    """Follow a rig while it flies: notice that the twin no longer fits, say why, correct it, and say so.
+    """Follow a rig while it flies: notice that the twin no longer fits, say why, and correct it.
 
     The rig sends by UDP (--listen), or a log is played as fast as it goes. Ctrl-C ends the flight.
 

@@ -121,19 +121,19 @@ def check(
     factor: float = option(1.3, "Error allowed, as a multiple of the expected one.", "FACTOR"),
     junit: Path | None = option(None, "Write the outcome as JUnit XML.", "FILE"),
     controller: Path | None = option(None, "controller.json of what flew; else controller.pid of heli.toml.", "FILE"),
-    limit: float | None = option(None, "Hold the closed loop's error over 3 s of every followed axis to this.", "MRAD"),
+    limit: float | None = option(None, "Largest error of the closed loop over 3 s, on every followed axis.", "MRAD"),
     start: float | None = args.FROM,
     end: float | None = args.TO,
     config: Path | None = args.CONFIG,
     json: bool = args.JSON,
 ) -> None:
-    """Hold new logs to the error that the diagnosis found: exit 0 if the model still explains them, 1 if not.
+    """Check that the model still explains new logs: exit 0 if it does, 1 if not.
 
     An axis passes if the error of its 1 s prediction is at most FACTOR times the error on the held-out logs of the
     diagnosis, or the noise floor if that is larger; where a controller flew, the error .2 s ahead is judged instead.
 
-    With --limit: plant and controller fly the logs again from their references, 3 s at a time from the measured motion,
-    and what they err on the followed axes is held to it.
+    With --limit: plant and controller are simulated together, 3 s at a time from the measured motion. An axis that the
+    controller follows passes if its error is at most the limit.
     """
     expected = args.read_parameters_and_warn(parameters)
     recorded, configuration = args.read_logs_of_rig(logs, config, start, end)

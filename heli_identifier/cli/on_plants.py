@@ -52,7 +52,7 @@ def design(
     """Propose an excitation that shows an effect, or separates two, within the limits of voltage and angle.
 
     With --closed-loop: what to add to references or voltages, so that the logs determine the parameters. The PID that
-    flies is that of --controller, as `heli design-controller --kind pid` writes it, or of heli.toml.
+    flies is that of --controller or of heli.toml.
     """
     require_range("duration", duration, "s", 20.0, 3600.0)
     no_task = len(named) > 2 or bool(named) == closed_loop

@@ -83,10 +83,10 @@ def init(
     log: Path | None = argument(None, "Log to look into.", "LOG"),
     output: Path = option(Path(CONFIGURATION_NAME), "Configuration to write.", "FILE", "--output", "-o"),
 ) -> None:
-    """Write a commented configuration: names of columns, units, signs, limits, encoders, motor lag.
+    """Write heli.toml, the configuration of a rig; with a log, the one that reads this log.
 
-    With a log it is the configuration that reads this log: columns, units and signs are guessed by their names and by
-    physics, each with its reason, to be confirmed.
+    Columns, units and signs of a log are guessed by their names and by physics, each with its reason: confirm them.
+    Without a log the file explains every key.
     """
     guess = records.guess(log) if log else None
     path = records.write_template(output, guess)

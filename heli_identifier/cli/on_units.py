@@ -21,7 +21,7 @@ from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.files import write_atomically
 
 TO_BUILD = "Units to build; all if none is named."
-RUNS = "N more runs, of units in C, the plant's parameters drawn by the standard errors of --parameters."
+RUNS = "Run native units N times more, with plants drawn by the standard errors of --parameters."
 
 
 @only_with(fmi="native", all_platforms="native", model_exchange="native")

@@ -7,7 +7,7 @@ from heli_plant.plant import measured_angles
 from heli_plant.state import start_state
 
 from .changes import Vector
-from .cusum import PROVED_AFTER, Inflation, Projection
+from .cusum import Projection
 from .evidence import Noise, Sums, project_block, start_baseline
 from .observer import Angles, Encoder, start_observer
 from .plan import FollowPlan
@@ -17,6 +17,7 @@ from .trial import SWINGING, add_event, judge_block
 
 _LARGEST_INNOVATION = 4.0  # innovations count with at most this many standard deviations
 _KEPT_BLOCKS = 90  # a change is looked for in the last minute and a half
+_PROVED_AFTER = 20  # blocks without an alarm after which a block counts as one without a change
 _DROPPED_BLOCKS = 2  # blocks before a fault of the stream that are dropped: it shows only after a while
 
 
@@ -33,7 +34,6 @@ def start_correcting(plan: FollowPlan, sample: Sample) -> CorrectorState:
         sums=plan.no_sums,
         noises=(Noise(),) * 3,
         baseline=start_baseline(plan.deviations),
-        inflations=(Inflation(),) * len(plan.changes),
     )
 
 
@@ -85,13 +85,14 @@ def _pass_instant(state: CorrectorState, sample: Sample, stopped: bool, plan: Fo
 
 def _suspend(state: CorrectorState, why: str, plan: FollowPlan) -> CorrectorState:
     """Return the suspended state, without what was learned just before; its mode goes on after the fault."""
-    nothing = (Projection(0.0, 0.0, 1.0),) * len(plan.changes)
+    nothing = (Projection(0.0, 0.0),) * len(plan.changes)
     return add_event(state, why, plan)._replace(
         suspended=True,
         predictions=state.predictions.drop_running(),
         blocks=(*state.blocks[:-_DROPPED_BLOCKS], *[plan.no_block] * _DROPPED_BLOCKS),
         tested=(*state.tested[:-_DROPPED_BLOCKS], *[nothing] * _DROPPED_BLOCKS),
         observer=state.observer._replace(covariances=()),
+        sums=plan.no_sums,
     )
 
 
@@ -110,14 +111,12 @@ def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> Correcto
 def _add_innovations(
     state: CorrectorState, angles: Angles, fresh: bool, deviations: Vector, plan: FollowPlan
 ) -> tuple[Sums, ...]:
-    """Return the sums of each axis with the innovation of a sample, or marked as spoiled."""
+    """Return the sums of each axis with the innovation of a sample, if it counts."""
     k, noise, predicted = state.samples, state.noise, measured_angles(state.observer.memory.state)
     resting = k < max(state.settled_at, state.changed_at + SWINGING * plan.block) or state.suspended
     result: list[Sums] = []
     for axis, sums in enumerate(state.sums):
-        if resting or state.encoders[axis].is_ignored(plan):
-            sums = sums._replace(spoiled=True)
-        elif fresh:
+        if fresh and not resting and not state.encoders[axis].is_ignored(plan):
             share = 1.0 / deviations[axis]
             innovation = share * (angles[axis] - predicted[axis])
             if state.mode != "starting":
@@ -140,24 +139,26 @@ def _coarse_step(state: CorrectorState, angles: Angles, fresh: bool, plan: Follo
 
 
 def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
-    """Return the state with the complete block, and with what noise, baseline and kappa learn from it."""
+    """Return the state with the complete block, and with what noise and baseline learn from it."""
     pairs = list(zip(state.sums, state.noises, strict=True))
-    block = tuple([sums.evidence(noise.variance) for sums, noise in pairs])
+    block = tuple([sums.evidence(noise.variance * noise.inflation) for sums, noise in pairs])
     if state.mode != "alarmed":
-        state = state._replace(noises=tuple([noise.learn(sums) for sums, noise in pairs]))
+        state = state._replace(noises=tuple([noise.learn(sums, plan.block) for sums, noise in pairs]))
     state = state._replace(sums=plan.no_sums)
     if state.mode == "starting":
         return state
     marginal = tuple([theta.marginalise(rows) for theta, rows in zip(state.baseline, block, strict=True)])
-    projected = [project_block(marginal, change.direction(state.twin.values)) for change in plan.changes]
     if state.mode == "following":
         axes = zip(state.baseline, marginal, plan.deviations, strict=True)
         state = state._replace(baseline=tuple([theta.learn(rows, deviation) for theta, rows, deviation in axes]))
-        if len(state.tested) >= PROVED_AFTER + 2:  # a block and the two before it were without a change
-            proved = zip(state.inflations, *state.tested[-PROVED_AFTER : -PROVED_AFTER - 3 : -1], strict=True)
-            state = state._replace(inflations=tuple([inflation.learn(*blocks) for inflation, *blocks in proved]))
-    projections = zip(projected, state.inflations, strict=True)
-    tested = tuple([Projection(u, w, 1.0 / inflation.factor) for (u, w), inflation in projections])
+        if len(state.tested) >= _PROVED_AFTER:
+            squares: tuple[list[float], ...] = ([], [], [])
+            for change, (response, information) in zip(plan.changes, state.tested[-_PROVED_AFTER], strict=True):
+                if len(change.axes) == 1 and information > 0.0:
+                    squares[change.axes[0]].append(response * response / information)
+            proved = zip(state.noises, squares, strict=True)
+            state = state._replace(noises=tuple([noise.inflate(of_axis) for noise, of_axis in proved]))
+    tested = tuple([Projection(*project_block(marginal, one.direction(state.twin.values))) for one in plan.changes])
     return state._replace(blocks=(*state.blocks, block)[-_KEPT_BLOCKS:], tested=(*state.tested, tested)[-_KEPT_BLOCKS:])
 
 

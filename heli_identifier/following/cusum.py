@@ -5,22 +5,16 @@ that matters (docs/explanation/following.md derives the rules, "Noticing" and "N
 
     s(delta) = delta D^T b - delta^2/2 D^T R D            log-likelihood ratio of a change of size delta in a block
     S_k = max(0, S_(k-1) + s_k(+-nu))                     CUSUM, alarm as soon as one S exceeds its threshold
-    b = ln(M T / 1 s) + ln(s/2) - 1.166 sqrt(s)           threshold of M tests, with s = nu^2 D^T R D in a block
-    kappa = sum (u_k^2 + 2 u_k u_(k-1) + 2 u_k u_(k-2)) / sum D^T R D, at least 1, by which sums along D are divided
+    b = ln(M T / 1 s) - 1 + ln(s/2) - 1.166 sqrt(s)       threshold of M tests, with s = nu^2 D^T R D in a block
     ln B = z^2/2 q/(1 + q) - ln(1 + q)/2                  Bayes factor, z^2 = (D^T b)^2 / D^T R D, q = 9 nu^2 D^T R D
 
-T is the mean time between false alarms, and u_k = D^T b of block k.
+T is the mean time between false alarms, and s a mean over the blocks of the test.
 """
 
 from collections.abc import Iterable
 from math import log, sqrt
 from typing import NamedTuple
 
-from .evidence import MEMORY
-
-PROVED_AFTER = 20  # blocks without an alarm after which a block counts as one without a change
-_PRIOR_BLOCKS = 60.0  # kappa begins at 1 with the weight of this many blocks
-_LARGEST_TERM = 16.0  # largest size of a term of kappa, as a multiple of the block's D^T R D
 _PRIOR_WIDTH = 3.0  # standard deviation of the prior over nu
 _LEAST_SIZE = 0.25  # share of nu below which a size does not matter: the twin's values err by as much
 
@@ -35,42 +29,19 @@ _LEAST_INFORMATION = 1.0  # D^T R D nu^2 below which nothing can be said about a
 
 
 class Projection(NamedTuple):
-    """What a block tells of one change: D^T b, D^T R D, and the ``share`` 1/kappa with which they count [1]."""
+    """What a block tells of one change: D^T b and D^T R D."""
 
     response: float
     information: float
-    share: float
 
 
 def cusum_statistic(projections: Iterable[Projection], delta: float) -> tuple[float, int]:
     """Return S of the change by ``delta`` after these blocks, and for how many blocks it has been above zero."""
     total, run = 0.0, 0
-    for response, information, share in projections:
-        total += share * (delta * response - 0.5 * delta * delta * information)
+    for response, information in projections:
+        total += delta * response - 0.5 * delta * delta * information
         total, run = (total, run + 1) if total > 0.0 else (0.0, 0)
     return total, run
-
-
-class Inflation(NamedTuple):
-    """kappa along the direction of one change: the sums of its terms and of D^T R D [1], over ``blocks``."""
-
-    terms: float = 0.0
-    information: float = 0.0
-    blocks: float = 0.0
-
-    @property
-    def factor(self) -> float:
-        """The variance inflation factor kappa [1]."""
-        ratio = self.terms / self.information if self.information > 0.0 else 1.0
-        return max(1.0, (_PRIOR_BLOCKS + self.blocks * ratio) / (_PRIOR_BLOCKS + self.blocks))
-
-    def learn(self, block: Projection, before: Projection, second_before: Projection) -> "Inflation":
-        """Return kappa after a ``block``; the two blocks before it are needed as well."""
-        u, information = block.response, block.information
-        largest = _LARGEST_TERM * information
-        term = min(max(u * (u + 2.0 * (before.response + second_before.response)), -largest), largest)
-        decay = 1.0 - 1.0 / MEMORY
-        return Inflation(decay * self.terms + term, decay * self.information + information, decay * self.blocks + 1.0)
 
 
 class Finding(NamedTuple):

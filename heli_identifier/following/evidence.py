@@ -4,9 +4,14 @@ On one axis, with psi (n regressors) and e scaled to unit variance, a block hold
 
     R = sum psi psi^T,    b = sum psi e
 
-over its samples. The products are those of means over some .05 s, in which psi hardly changes. The scale is the
-innovations' variance lambda, a mean over two minutes. The value of one block is bounded in this mean: a change must not
-hide itself in the noise.
+over the samples that count. The products are those of means over some .05 s, in which psi hardly changes. The scale is
+the innovations' variance lambda, a mean over two minutes, times kappa. The value of one block is bounded in both: a
+change must not hide itself in the noise.
+
+**Innovations that are not white**, as in rough air, make sums along psi scatter by more than lambda says. kappa, at
+least 1, is learned from the mean of (D^T u)^2 / D^T W D (below) over the changes of the axis in a block, which is 1 if
+the noise is right. All changes of an axis share it: one that is excited only now and then would give a kappa of its own
+too little to learn from.
 
 **Baseline.** The values of a twin are never exact; their error theta is N(m, P), with the prior N(0, P_0)
 (docs/explanation/following.md, "Noticing"). Every test allows for it, and each block updates it while the twin follows:
@@ -19,19 +24,18 @@ from math import exp
 from operator import add
 from typing import NamedTuple
 
-from ..online.linear_algebra import dot
+from ..online.linear_algebra import dot, total
 from .changes import Direction, Matrix, Vector
 
-MEMORY = 120.0
-"""Blocks over which the noise is averaged."""
-
-_LARGEST_SQUARE = 4.0  # largest mean square of a block's innovations over lambda
+_MEMORY = 120.0  # blocks over which the noise is averaged
+_PRIOR_BLOCKS = 30.0  # kappa begins at 1 with the weight of this many blocks
+_LARGEST_SQUARE = 4.0  # largest mean square of a block over its mean so far, for lambda and for kappa
 _COUNT = 1.5e-3  # one count of the encoder from which the first noise follows [rad]
 _WANDERING = 1800.0  # blocks, of about 1 s, in which values wander: motors and bearings warm up in half an hour
 _ADOPTED = 0.1  # further standard deviation of an adopted size, as a share of the smallest change that matters
 
 Evidence = Matrix
-"""[R | b] of one axis in a block, n rows of n + 1; zero where it is not to be used."""
+"""[R | b] of one axis in a block, n rows of n + 1."""
 
 Block = tuple[Evidence, ...]
 """Of pitch, elevation and travel."""
@@ -41,7 +45,7 @@ class Sums(NamedTuple):
     """Sums of one axis in the current block.
 
     ``recent``: sum of (psi, e) over the ``recent_samples`` since the last products; ``products``: [R | b];
-    ``squares``: of e over the ``samples`` of the block; ``spoiled``: the block is not to be used.
+    ``squares``: of e over the ``samples`` of the block that count.
     """
 
     recent: Vector
@@ -49,7 +53,6 @@ class Sums(NamedTuple):
     recent_samples: int = 0
     squares: float = 0.0
     samples: int = 0
-    spoiled: bool = False
 
     def with_sample(self, z: Vector) -> "Sums":
         """Return the sums with one more sample ``z`` = (psi, e)."""
@@ -70,8 +73,8 @@ class Sums(NamedTuple):
         return self._replace(recent=(0.0,) * len(z), recent_samples=0, products=products)
 
     def evidence(self, variance: float) -> Evidence:
-        """Return the complete block, scaled by the ``variance`` lambda."""
-        scale = 0.0 if self.spoiled else 1.0 / variance
+        """Return the complete block, scaled by the ``variance`` lambda kappa."""
+        scale = 1.0 / variance
         return tuple([tuple([scale * x for x in row]) for row in self.products])
 
 
@@ -82,20 +85,29 @@ def start_sums(size: int) -> Sums:
 
 
 class Noise(NamedTuple):
-    """Noise of one axis: ``variance`` lambda [rad^2], and the number of ``blocks`` from which it was learned."""
+    """Noise of one axis: ``variance`` lambda [rad^2], the number of ``blocks`` it was learned from, and kappa [1]."""
 
     variance: float = _COUNT * _COUNT / 12.0
     blocks: float = 0.0
+    inflation: float = 1.0
 
-    def learn(self, s: Sums) -> "Noise":
-        """Return the noise after a complete block."""
-        if s.spoiled or s.samples == 0:
+    def learn(self, s: Sums, block: int) -> "Noise":
+        """Return the noise after a complete ``block`` [samples], unless less than half of it counts."""
+        if 2 * s.samples < block:
             return self
         mean = s.squares / s.samples
         if self.blocks == 0.0:
-            return Noise(mean, 1.0)
-        blocks = min(self.blocks + 1.0, MEMORY)
-        return Noise(self.variance + (min(mean, _LARGEST_SQUARE * self.variance) - self.variance) / blocks, blocks)
+            return self._replace(variance=mean, blocks=1.0)
+        blocks = min(self.blocks + 1.0, _MEMORY)
+        change = min(mean, _LARGEST_SQUARE * self.variance) - self.variance
+        return self._replace(variance=self.variance + change / blocks, blocks=blocks)
+
+    def inflate(self, squares: list[float]) -> "Noise":
+        """Return the noise after a block with these ``squares`` (D^T u)^2 / D^T W D of changes, none if it is empty."""
+        if not squares:
+            return self
+        excess = min(total(squares) / len(squares), _LARGEST_SQUARE) - 1.0
+        return self._replace(inflation=max(1.0, self.inflation * (1.0 + excess / (_PRIOR_BLOCKS + self.blocks))))
 
 
 def project_block(block: Block, direction: Direction) -> tuple[float, float]:

@@ -18,6 +18,7 @@ _LAUNCH_TIME, _HORIZON_TIME = 0.2, 1.0  # time between two starts of copies, and
 _WINDOW_TIME = 10.0  # over which errors 1 s ahead are compared [s]
 _SETTLING_TIME = 3.0  # time until the observer has settled [s]
 _STOP_TIME = 0.2  # time without a sample after which the stream counts as stopped [s]
+_SLACK = 1.0  # by which the bound on false alarms is lowered [1]: its tests are alike (docs, "Noticing")
 _STUCK_TIME = 0.5  # time at one count after which an encoder is ignored [s]
 
 
@@ -49,7 +50,7 @@ class FollowPlan:
     ``changes``: what may change. ``alone``: the twin of the start. ``deviations``: standard deviations of the errors of
     the twin's coefficients of the regressors, for each axis; ``no_sums``: empty sums of these regressors, and the block
     that they make (``no_block``); ``steady``: the observer of each axis without gaps; ``delay``: the plant's input
-    delay [s]; ``threshold``: Lorden's bound [1].
+    delay [s]; ``threshold``: Lorden's bound less the slack of tests that are alike [1].
 
     In samples: the ``coarse`` step of copies, the time between two starts of copies (``launch``), the ``horizon`` to
     which they run, a ``block`` of sums, ``settling``, ``stop``, ``stuck``, and ``gap_memory``, in which a gap is
@@ -64,7 +65,7 @@ class FollowPlan:
         self.no_block = tuple([sums.products for sums in self.no_sums])
         self.steady = tuple([find_steady_state(factor * bandwidth, h) for factor in (1.0, 1.0, TRAVEL_BANDWIDTH)])
         self.delay = input_delay(p)
-        self.threshold = log(2 * len(self.changes) * settings.false_alarm_time / _BLOCK_TIME)
+        self.threshold = log(2 * len(self.changes) * settings.false_alarm_time / _BLOCK_TIME) - _SLACK
 
         def samples(time: float, multiple_of: int = 1) -> int:
             return multiple_of * max(1, round(time / (multiple_of * h)))

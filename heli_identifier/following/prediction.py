@@ -19,8 +19,8 @@ from .observer import Angles, Voltages
 from .plan import FollowPlan, Twin
 
 WINDOWS = 3
-"""Windows for which errors are kept. In one window of steady hover a wrong gain may predict better by chance, together
-with a wrong offset."""
+"""Windows for which errors are kept, and a trial lasts at most. In one window of steady hover a wrong gain may predict
+better by chance, together with a wrong offset."""
 
 _FAST_STEP = 0.01  # longest step of a copy whose arm bends [s]
 _BATCH = 5  # comparisons in a batch, 1 s: errors of overlapping predictions are correlated

@@ -4,7 +4,7 @@ from math import sqrt
 from typing import Any, NamedTuple
 
 from .changes import Vector
-from .cusum import NOTHING, Finding, Inflation, Projection
+from .cusum import NOTHING, Finding, Projection
 from .evidence import Baseline, Block, Noise, Sums
 from .observer import Encoder, Observer
 from .plan import FollowPlan, Twin
@@ -25,9 +25,6 @@ REASONS = {
     "undetermined": ("held", "the motion since the alarm does not determine the change; more excitation is needed"),
     "off": ("held", "corrections are switched off"),
     "worse": ("rolled back", f"{_AHEAD} are worse than with the values before the change"),
-    "worse than alone": (
-        "rolled back", f"{_AHEAD} are worse than those of the twin that was left alone; its values are taken again",
-    ),
     "stopped": ("stream", "nothing has come in for more than 0.2 s; corrections pause"),
     "frozen": ("stream", "an encoder stands still although the rig moves; corrections pause"),
     "back": ("stream", "samples come in again"),
@@ -105,7 +102,6 @@ class CorrectorState(NamedTuple):
     sums: tuple[Sums, ...]
     noises: tuple[Noise, ...]
     baseline: Baseline
-    inflations: tuple[Inflation, ...]
     samples: int = 0
     waiting: int = 0
     changed_at: int = 0

@@ -7,17 +7,12 @@
 On trial a rival twin that has the change runs beside the twin in use for a window, which begins after the change was
 estimated: its errors 1 s ahead are out of sample for both. After an adoption the values before are the rival.
 
-Size and name are estimated from the blocks that begin two after the change, the same ones for all changes. Their sums
-along the direction of a change are divided by its variance inflation factor, or by one mean factor where changes are
-compared.
+Size and name are estimated from the blocks that begin two after the change, the same ones for all changes.
 """
-
-from math import sqrt
 
 from heli_plant.effects import AXES
 
 from ..online.linear_algebra import total
-from .changes import Vector
 from .cusum import NOTHING, Finding, cusum_statistic, judge_size, siegmund_threshold
 from .evidence import loosen_baseline, project_block, shift_block, start_baseline
 from .plan import FollowPlan
@@ -28,12 +23,7 @@ _LEARNED = 9  # blocks after which the noise is known
 _PATIENCE = 15  # blocks after an alarm until the likeliest change is named without a lead
 _LEAST_Z = 4.0
 _TRIAL_T = 0.5  # t of smaller errors that passes a trial: the likelihood has shown the change, the trial that it helps
-_TRIAL_WINDOWS = 3  # a trial with a smaller t, either way, goes on for at most this many windows
 _ROLL_BACK_T = 3.0  # t of larger errors at which an adopted change is taken back; it is computed once per second
-
-_ALONE_SHARE, _ALONE_T = 0.1, 4.7
-"""Share of squared errors, and t, by which a twin that is worse than the one left alone takes that one's values. With
-29 degrees of freedom t is as improbable as 4 standard deviations: it is computed once per second of a flight."""
 
 _WATCH_WINDOWS = 2  # an adopted change is watched for this many windows
 _REFINING_Z = 2.5  # z of the remainder of an adopted change at which it is put on trial
@@ -61,11 +51,9 @@ def judge_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
 def _update_cusums(state: CorrectorState, plan: FollowPlan) -> tuple[CorrectorState, int]:
     """Return the state with its alarm, and the longest run above zero of a CUSUM that exceeds its threshold, else 0."""
     alarm, longest = 0.0, 0
-    for change, kappa, blocks in zip(plan.changes, state.inflations, zip(*state.tested, strict=True), strict=True):
-        limit = plan.threshold
-        if kappa.blocks > 0.0:
-            information = change.size * change.size * kappa.information / (kappa.blocks * kappa.factor)
-            limit = siegmund_threshold(limit, information)
+    for change, blocks in zip(plan.changes, zip(*state.tested, strict=True), strict=True):
+        mean = total([block.information for block in blocks]) / len(blocks)
+        limit = siegmund_threshold(plan.threshold, change.size * change.size * mean)
         for height, run in (cusum_statistic(blocks, change.size), cusum_statistic(blocks, -change.size)):
             alarm = max(alarm, height / limit)
             longest = max(longest, run if height > limit else 0)
@@ -77,11 +65,6 @@ def look_for_change(state: CorrectorState, run: int, plan: FollowPlan) -> Correc
 
     The alarm waits while an encoder may be at fault.
     """
-    used, alone = state.predictions.used.errors, state.predictions.alone.errors
-    if state.twin.values != plan.alone.values and len(alone) == WINDOWS * plan.window:
-        difference, t = compare_errors(alone, used, (0, 1, 2))
-        if difference < -_ALONE_SHARE and t < -_ALONE_T:
-            return take_back(state, plan.alone.values, "worse than alone", plan)
     encoders = zip(state.encoders, state.noise, strict=True)
     if run > 0 and not any(encoder.is_doubtful(deviation, plan) for encoder, deviation in encoders):
         candidates, _ = find_changes(state, run + SWINGING, plan)
@@ -103,10 +86,8 @@ def name_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     if not leads:
         likeliest = likeliest._replace(other=candidates[1].change)
     state = state._replace(finding=likeliest)
-    why = ""
-    if not measured or likeliest.standard_error > plan.changes[likeliest.change].size:
-        why = "undetermined"
-    elif abs(likeliest.z) < _LEAST_Z:
+    why = "" if measured else "undetermined"
+    if measured and abs(likeliest.z) < _LEAST_Z:
         why = "insignificant"
     if not why and (leads or is_late):
         return _put_on_trial(add_event(state, "named" if leads else "ambiguous", plan, likeliest), likeliest, plan)
@@ -137,15 +118,16 @@ def _compare_rival(state: CorrectorState, plan: FollowPlan) -> tuple[int, float,
 def try_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Adopt the change if the rival was better over the window, hold it if not; else wait for another window."""
     compared, difference, t = _compare_rival(state, plan)
-    if compared < plan.window or (abs(t) < _TRIAL_T and compared < _TRIAL_WINDOWS * plan.window):
+    if compared < plan.window or (abs(t) < _TRIAL_T and compared < WINDOWS * plan.window):
         return state
-    latest = refine_size(state, state.finding, plan)
-    ranked = rank_changes(state, latest.blocks, plan)
-    log_bayes = max([finding.log_bayes for finding in ranked if finding.change == latest.change], default=0.0)
-    if ranked and ranked[0].change != latest.change and ranked[0].log_bayes > _LEAD + log_bayes:
+    # all blocks since the change say more than those that named it
+    ranked = rank_changes(state, min(state.finding.blocks + state.blocks_in_mode(plan), len(state.blocks)), plan)
+    same = [finding for finding in ranked if finding.change == state.finding.change]
+    latest = (same or [state.finding._replace(log_bayes=0.0)])[0]._replace(other=state.finding.other)
+    if ranked and ranked[0].log_bayes > _LEAD + latest.log_bayes:
         state = add_event(add_event(state, "outdone", plan, latest), "named", plan, ranked[0])
         return _put_on_trial(state, ranked[0], plan)
-    if difference >= 0.0 or t > -_TRIAL_T:
+    if not same or difference >= 0.0 or t > -_TRIAL_T:
         return _hold(state, latest, "not better", plan)
     # the twin before is the rival from now on
     state, before, change = add_event(state, "better", plan, latest), state.twin, plan.changes[latest.change]
@@ -168,7 +150,7 @@ def watch_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Take an adopted change back if the values before predict better; refine its size when the watch is over."""
     compared, difference, t = _compare_rival(state, plan)
     if difference < 0.0 and t < -_ROLL_BACK_T:
-        return take_back(state, state.rival[0].values, "worse", plan)
+        return take_back(state, plan)
     if compared < _WATCH_WINDOWS * plan.window:
         return state
     number, count = state.finding.change, len(state.blocks)
@@ -183,12 +165,13 @@ def watch_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     return _put_on_trial(state, remainder, plan) if remainder.change >= 0 else state
 
 
-def take_back(state: CorrectorState, values: Vector, why: str, plan: FollowPlan) -> CorrectorState:
-    """Return the state that uses these earlier ``values`` again; those of the start have no standard error."""
+def take_back(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
+    """Return the state that uses the rival's values again; those of the start have no standard error."""
+    values = state.rival[0].values
     places = zip(values, plan.alone.values, state.errors, strict=True)
     errors = tuple([0.0 if value == start else error for value, start, error in places])
     state = state.use(values, errors, plan)._replace(blocks=())
-    return add_event(state, why, plan, Finding(state.finding.change)).follow_again()
+    return add_event(state, "worse", plan, Finding(state.finding.change)).follow_again()
 
 
 def sum_blocks(state: CorrectorState, number: int, count: int, plan: FollowPlan) -> list[tuple[float, float]]:
@@ -201,25 +184,23 @@ def sum_blocks(state: CorrectorState, number: int, count: int, plan: FollowPlan)
 
 
 def estimate_change(
-    state: CorrectorState, number: int, count: int, plan: FollowPlan, all_blocks: bool = True, share: float = 0.0
+    state: CorrectorState, number: int, count: int, plan: FollowPlan, all_blocks: bool = True
 ) -> Finding:
     """Return the change ``number`` as estimated from the last ``count`` blocks, or NOTHING.
 
-    If not from ``all_blocks``, it is estimated from as many of the last ones as make it likeliest. The sums count with
-    a ``share``, by default one over the change's own variance inflation factor.
+    If not from ``all_blocks``, it is estimated from as many of the last ones as make it likeliest.
     """
-    change, share = plan.changes[number], share or 1.0 / state.inflations[number].factor
+    change = plan.changes[number]
     bounds = change.bounds(state.twin.values)
     sums = list(enumerate(sum_blocks(state, number, count, plan), 1))
     chosen = sums[-1:] if all_blocks else sums
-    findings = [judge_size(number, n, share * b, share * r, change.size, bounds) for n, (b, r) in chosen]
+    findings = [judge_size(number, n, b, r, change.size, bounds) for n, (b, r) in chosen]
     return max([one for one in findings if one.change >= 0], key=lambda one: one.log_bayes, default=NOTHING)
 
 
 def rank_changes(state: CorrectorState, count: int, plan: FollowPlan, all_blocks: bool = True) -> list[Finding]:
     """Return every possible change, the likeliest first, estimated as by :func:`estimate_change`."""
-    share = len(plan.changes) / total([inflation.factor for inflation in state.inflations])
-    findings = [estimate_change(state, number, count, plan, all_blocks, share) for number in range(len(plan.changes))]
+    findings = [estimate_change(state, number, count, plan, all_blocks) for number in range(len(plan.changes))]
     return sorted([one for one in findings if one.change >= 0], key=lambda one: one.log_bayes, reverse=True)
 
 
@@ -231,18 +212,6 @@ def find_changes(state: CorrectorState, longest: int, plan: FollowPlan) -> tuple
     findings = rank_changes(state, longest, plan, all_blocks=False)
     count = findings[0].blocks - SWINGING if findings else 0
     return (findings, False) if count < _LEAST_BLOCKS else (rank_changes(state, count, plan), True)
-
-
-def refine_size(state: CorrectorState, finding: Finding, plan: FollowPlan) -> Finding:
-    """Return the change on trial with its size from all blocks since it took place."""
-    count = min(finding.blocks + state.blocks_in_mode(plan), len(state.blocks))
-    response, information = sum_blocks(state, finding.change, count, plan)[-1]
-    if information <= 0.0:
-        return finding
-    lower, upper = plan.changes[finding.change].bounds(state.twin.values)
-    size = min(max(response / information, lower), upper)
-    error = sqrt(state.inflations[finding.change].factor / information)
-    return finding._replace(blocks=count, size=size, standard_error=error)
 
 
 def add_event(state: CorrectorState, why: str, plan: FollowPlan, finding: Finding = NOTHING) -> CorrectorState:

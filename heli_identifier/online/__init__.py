@@ -12,12 +12,10 @@ from .identifier import (
     Sampled,
     before_samples,
     begin_sampling,
-    is_due,
     next_due,
     output_of,
     start,
     step,
-    take_sample,
     take_samples,
 )
 from .instruments import CONTRADICTION, GAINS

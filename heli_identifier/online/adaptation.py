@@ -38,10 +38,9 @@ Slotine and Li, Applied Nonlinear Control, 1991, section 8.7.5 (bounded-gain for
 
 from collections.abc import Sequence
 from math import exp, inf, sqrt
-from operator import add
 from typing import NamedTuple
 
-from .linear_algebra import hypotenuse, outer, unit_vector
+from .linear_algebra import dot, hypotenuse, outer, total, unit_vector
 from .moments import Moments, add_products, initial_moments, standard_errors, weighted_blocks
 from .settings import AxisPlan, Plan
 
@@ -65,21 +64,23 @@ def gain_matrix(factor: Sequence[float], size: int) -> list[list[float]]:
 
 
 def take_measurement(
-    factor: list[float], omega: list[float], phi: Sequence[float], y: float, noise: float, forgetting: float
-) -> tuple[float, float]:
+    factor: list[float], omega: list[float], phi: Sequence[float], y: float, noise: float, forgetting: float,
+    first: int = 0,
+) -> tuple[float, float]:  # fmt: skip
     """Update ``factor`` and ``omega`` in place by one measurement y = phi^T Omega with the ``noise`` r [1/s].
 
-    Returns sigma and s = r + phi^T Gamma phi [1/s], with Omega and Gamma before the measurement.
+    phi is zero before its element ``first``; if there are such elements, nothing may be forgotten. Returns sigma and
+    s = r + phi^T Gamma phi [1/s], with Omega and Gamma before the measurement.
     """
     n = len(omega)
     direction = [0.0] * n  # becomes Gamma phi
     sigma = y
     s = noise
-    start = 0
-    for j in range(n):
+    start = first * (first + 1) // 2
+    for j in range(first, n):
         f = phi[j]
         sigma -= f * omega[j]
-        for i in range(j):
+        for i in range(first, j):
             f += factor[start + i] * phi[i]
         d = factor[start + j]
         g = d * f
@@ -87,13 +88,14 @@ def take_measurement(
         factor[start + j] = d * (s / (s_next * forgetting))
         p = f / s
         for i in range(j):
-            u = factor[start + i]
+            u = factor[start]
             b = direction[i]
-            factor[start + i] = u - b * p
+            factor[start] = u - b * p
             direction[i] = b + u * g
+            start += 1
         direction[j] = g
         s = s_next
-        start += j + 1
+        start += 1
     step = sigma / s
     for j in range(n):
         omega[j] += direction[j] * step
@@ -138,7 +140,7 @@ class AxisState(NamedTuple):
     factor: tuple[float, ...]  # of Gamma
     omega: tuple[float, ...]
     sigma: float  # adaptation error [rad/s^2]
-    sums: tuple[float, ...]  # of z, or of z z^T with prediction errors, since the last update of the moments
+    rows: tuple[tuple[float, ...], ...]  # z of the samples since the last update of the moments
     moments: Moments
     standard_errors: tuple[float, ...]  # of the reported parameters at the last evaluation
 
@@ -146,10 +148,9 @@ class AxisState(NamedTuple):
 def initial_axis(axis_plan: AxisPlan, plan: Plan) -> AxisState:
     """Return an axis before its first sample."""
     size = len(axis_plan.first) + 1
-    sums = (0.0,) * (size * (size + 1) // 2 if plan.predicting else size)
     errors = (sqrt(plan.settings.initial_gain),) * axis_plan.reported
     factor = tuple(initial_factor(axis_plan.prior))
-    return AxisState(factor, axis_plan.first, 0.0, sums, initial_moments(size), errors)
+    return AxisState(factor, axis_plan.first, 0.0, (), initial_moments(size), errors)
 
 
 def adapt_axis(axis: AxisState, z: tuple[float, ...], count: int, plan: Plan) -> AxisState:
@@ -157,25 +158,26 @@ def adapt_axis(axis: AxisState, z: tuple[float, ...], count: int, plan: Plan) ->
 
     ``count`` numbers the steps from 0; it determines the unit vector, if any, whose information is restored.
     """
-    old_factor, old_omega, _, sums, moments, errors = axis
+    old_factor, old_omega, _, rows, moments, errors = axis
     factor, omega, index = list(old_factor), list(old_omega), count % plan.restoring_samples
     sigma, _ = take_measurement(factor, omega, z, z[-1], plan.noise, plan.kept)
     if index < len(omega) and plan.restoring_noise < inf:
-        take_measurement(factor, omega, unit_vector(index, len(omega)), omega[index], plan.restoring_noise, 1.0)
-    sums = tuple(map(add, sums, z))
-    return AxisState(tuple(factor), tuple(omega), sigma, sums, moments, errors)
+        direction = unit_vector(index, len(omega))
+        take_measurement(factor, omega, direction, omega[index], plan.restoring_noise, 1.0, index)
+    return AxisState(tuple(factor), tuple(omega), sigma, (*rows, z), moments, errors)
 
 
 def update_moments(axis: AxisState, count: int, plan: Plan) -> AxisState:
     """Return ``axis`` with the mean over the samples since the last update, up to number ``count``, in its moments."""
     share, weight = 1.0 / plan.moment_samples, 1.0
-    mean = [share * x for x in axis.sums]
-    if plan.predicting:
-        products, weight = mean, 1.0 / kept_information(count, count + 1, plan.sample_time)
+    columns = [[row[i] for row in axis.rows] for i in range(len(axis.rows[0]))]
+    if plan.predicting:  # the mean of z z^T; else z z^T of the mean
+        products = [share * dot(a, b) for i, a in enumerate(columns) for b in columns[i:]]
+        weight = 1.0 / kept_information(count, count + 1, plan.sample_time)
     else:
-        products = outer(mean)
+        products = outer([share * total(column) for column in columns])
     moments = add_products(axis.moments, products, weight, plan.moment_interval, plan.settings.forgetting)
-    return axis._replace(sums=(0.0,) * len(mean), moments=moments)
+    return axis._replace(rows=(), moments=moments)
 
 
 _SMALLEST = 1e-100  # least gain or torque to divide by: the square of a smaller one may be zero

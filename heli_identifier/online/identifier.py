@@ -17,7 +17,15 @@ from typing import NamedTuple, Optional
 
 from heli_plant.motor import saturate
 
-from .adaptation import AxisState, adapt_axis, combinations, evaluate_axis, initial_axis, update_moments
+from .adaptation import (
+    AxisState,
+    adapt_axis,
+    combinations,
+    evaluate_axis,
+    initial_axis,
+    kept_information,
+    update_moments,
+)
 from .instruments import NO_REFERENCES, References, advance_references, contradicts, solve_gain
 from .linear_algebra import hypotenuse
 from .loop import Feedback, feedback_score, shares, update_score
@@ -38,7 +46,6 @@ from .signals import (
 from .whitening import settled_memory, whiten
 
 _PITCH, _ELEVATION, _TRAVEL = 0, 1, 2  # axes, and the steps of a report interval in which they are evaluated
-_EARLY = 1e-6  # share of its period by which a sample is due early, because communication points k H are rounded
 
 
 class Axis(NamedTuple):
@@ -129,16 +136,17 @@ def step(
     if lag is not None:
         lag = advance_lag(lag, previous, signals, h, f)
     z_1, z_2, z_3 = regressions(signals, lag, settings.rest_angle, f)
-    count, new_references = samples // decimation - plan.hold_samples, state.references
+    count, early, new_references = samples // decimation - plan.hold_samples, 1.0, state.references
     if count >= 0 and plan.predicting:
+        early = kept_information(count, 1, h)
         new_references = advance_references(new_references, references, count, plan.product_samples, h)
     front, rear = signals.voltages
     b: tuple[float, ...] = state.references.b if new_references.moved else ()
     pitch_axis, elevation_axis, travel_axis = state.axes
     axes = (
-        _advance_axis(_PITCH, pitch_axis, z_1, front - rear, count, b, new_references, plan),
-        _advance_axis(_ELEVATION, elevation_axis, z_2, front + rear, count, b, new_references, plan),
-        _advance_axis(_TRAVEL, travel_axis, z_3, front - rear, count, b, new_references, plan),
+        _advance_axis(_PITCH, pitch_axis, z_1, front - rear, count, early, b, new_references, plan),
+        _advance_axis(_ELEVATION, elevation_axis, z_2, front + rear, count, early, b, new_references, plan),
+        _advance_axis(_TRAVEL, travel_axis, z_3, front - rear, count, early, b, new_references, plan),
     )
     if lag is not None and count >= 0 and count % plan.report_samples == _TRAVEL:
         estimate = lag_of(axes[0].estimate, axes[1].estimate, plan)
@@ -148,7 +156,7 @@ def step(
 
 
 def _advance_axis(
-    which: int, axis: Axis, z: tuple[float, ...], voltage: float, count: int, b: tuple[float, ...],
+    which: int, axis: Axis, z: tuple[float, ...], voltage: float, count: int, early: float, b: tuple[float, ...],
     references: References, plan: Plan,
 ) -> Axis:  # fmt: skip
     """Return one axis after a sample; once per report interval its standard errors are evaluated."""
@@ -162,10 +170,10 @@ def _advance_axis(
     if predictor is None:
         estimate = adapt_axis(estimate, z, count, plan)
         whitened, e = whiten(loop[:1], (estimate.sigma,), plan.error_whitening)
-        loop = update_score(Feedback(whitened[0], *loop[1:]), e[0], voltage, count, h)
+        loop = update_score(Feedback(whitened[0], *loop[1:]), e[0], voltage, count, plan.score_samples)
     else:
-        estimate, predictor = predict_axis(estimate, predictor, z, count, b, axis_plan, plan)
-        loop = update_score(loop, estimate.sigma, voltage, count, h)
+        estimate, predictor = predict_axis(estimate, predictor, z, count, early, b, axis_plan, plan)
+        loop = update_score(loop, estimate.sigma, voltage, count, plan.score_samples)
     if (count + 1) % plan.moment_samples == 0:
         estimate = update_moments(estimate, count, plan)
     if count % plan.report_samples == which:
@@ -183,33 +191,29 @@ def _advance_axis(
 
 def output_of(state: IdentifierState, plan: Plan) -> IdentifierOutput:
     """Return the output of ``state``, without a step."""
-    pitch, elevation, travel = state.axes
-    (omega_1, errors_1), (omega_2, errors_2), (omega_3, errors_3) = [
-        (axis.estimate.omega[: axis_plan.gain + 1], axis.estimate.standard_errors[: axis_plan.gain + 1])
-        for axis, axis_plan in zip(state.axes, plan.axes, strict=True)
-    ]
-    rest = plan.settings.rest_angle
+    (pitch, p_1, loop_1), (elevation, p_2, loop_2), (travel, p_3, loop_3) = state.axes
+    rest, errors = plan.settings.rest_angle, pitch.standard_errors
     if rest is not None:
-        a_wx, a_th, k_x = omega_1
+        a_wx, a_th, k_x = pitch.omega[:3]
         theta0 = rest
-        errors_1 = (*errors_1, 0.0)
+        errors_1 = (*errors[:3], 0.0)
     else:
-        a_wx, p, q, k_x = omega_1
+        a_wx, p, q, k_x = pitch.omega[:4]
         a_th, theta0 = hypotenuse(p, q), atan2(q, p)
-    gains = k_x, omega_2[-1], omega_3[-1]
+        errors_1 = errors[:4]
     instruments, instrument_errors, contradicted = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), False
-    p_1, p_2, p_3 = pitch.predictor, elevation.predictor, travel.predictor
-    if p_1 is not None and p_2 is not None and p_3 is not None:
+    if state.references.moved and p_1 is not None and p_2 is not None and p_3 is not None:
         i_1, i_2, i_3 = p_1.instruments, p_2.instruments, p_3.instruments
         instruments = i_1.gain, i_2.gain, i_3.gain
         instrument_errors = i_1.standard_error, i_2.standard_error, i_3.standard_error
-        contradicted = contradicts(i_1, gains[0]) or contradicts(i_2, gains[1]) or contradicts(i_3, gains[2])
+        k_z, k_y = elevation.omega[4], travel.omega[1]
+        contradicted = contradicts(i_1, k_x) or contradicts(i_2, k_z) or contradicts(i_3, k_y)
     return IdentifierOutput(
-        ModelParameters._make((a_wx, a_th, k_x, theta0, *omega_2, *omega_3)),
-        ModelParameters._make((*errors_1, *errors_2, *errors_3)),
-        (pitch.estimate.sigma, elevation.estimate.sigma, travel.estimate.sigma),
-        (feedback_score(pitch.loop), feedback_score(elevation.loop), feedback_score(travel.loop)),
-        lag_of(pitch.estimate, elevation.estimate, plan),
+        ModelParameters._make((a_wx, a_th, k_x, theta0, *elevation.omega[:5], *travel.omega[:2])),
+        ModelParameters._make((*errors_1, *elevation.standard_errors[:5], *travel.standard_errors[:2])),
+        (pitch.sigma, elevation.sigma, travel.sigma),
+        (feedback_score(loop_1), feedback_score(loop_2), feedback_score(loop_3)),
+        lag_of(pitch, elevation, plan),
         instruments,
         instrument_errors,
         contradicted,
@@ -246,35 +250,28 @@ def begin_sampling(time: float, now: Sample, plan: Plan, references: Angles = NO
     return Sampled(start(plan, now, references), time, time, now)
 
 
-def next_due(sampled: Sampled, plan: Plan) -> float:
-    """Return the time at which the next sample is due [s]."""
-    return sampled.first + (sampled.state.samples + 1) * plan.settings.sample_time
-
-
-def is_due(sampled: Sampled, time: float, plan: Plan) -> bool:
-    """Return whether the next sample is due by ``time`` [s]."""
-    return next_due(sampled, plan) <= time + _EARLY * plan.settings.sample_time
-
-
-def take_sample(
-    sampled: Sampled, time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
-) -> tuple[IdentifierState, IdentifierOutput]:
-    """Take the next sample, due by the communication point ``time`` [s] with the values ``now`` and ``references``."""
-    due = next_due(sampled, plan)
-    if due < time - _EARLY * plan.settings.sample_time:
-        share = (due - sampled.before) / (time - sampled.before)
-        last = sampled.previous
-        pitch, elevation, travel = [a + share * (b - a) for a, b in zip(last[2:], now[2:], strict=True)]
-        now = last[0], last[1], pitch, elevation, travel
-    return step(sampled.state, now, plan, references)
+def next_due(first: float, samples: int, plan: Plan) -> float:
+    """Return the time at which the sample after number ``samples`` is due; ``first`` is that of sample 0 [s]."""
+    return first + (samples + 1) * plan.settings.sample_time
 
 
 def take_samples(
-    sampled: Sampled, time: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
+    sampled: Sampled, time: float, early: float, now: Sample, plan: Plan, references: Angles = NO_REFERENCES
 ) -> tuple[Sampled, IdentifierOutput | None]:
-    """Take all samples due by the communication point ``time`` [s]; the output is None if there is none."""
+    """Take all samples due by the communication point ``time`` [s] with the values ``now`` and ``references``.
+
+    A sample is due up to ``early`` [s] before its instant, because hosts round their times. The output is None if there
+    is none.
+    """
+    state, first, before, last = sampled
     output: IdentifierOutput | None = None
-    while is_due(sampled, time, plan):
-        state, output = take_sample(sampled, time, now, plan, references)
-        sampled = Sampled(state, *sampled[1:])
-    return Sampled(sampled.state, sampled.first, time, now), output
+    due = next_due(first, state.samples, plan)
+    while due <= time + early:
+        row = now
+        if due < time - early:
+            share = (due - before) / (time - before)
+            pitch, elevation, travel = [a + share * (b - a) for a, b in zip(last[2:], now[2:], strict=True)]
+            row = last[0], last[1], pitch, elevation, travel
+        state, output = step(state, row, plan, references)
+        due = next_due(first, state.samples, plan)
+    return Sampled(state, first, time, now), output

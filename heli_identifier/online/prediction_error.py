@@ -20,12 +20,11 @@ Closed-loop identification revisited, Automatica 35 (1999), section 5 (the direc
 """
 
 from math import exp, sqrt
-from operator import add
 from typing import NamedTuple
 
 from .adaptation import AxisState, increase_variance, kept_information, take_measurement
 from .instruments import Instruments, initial_instruments, update_instruments
-from .linear_algebra import outer, unit_vector
+from .linear_algebra import unit_vector
 from .loop import Outside, initial_outside, update_outside
 from .settings import AxisPlan, Plan
 from .whitening import (
@@ -54,6 +53,7 @@ class PredictorState(NamedTuple):
     memory: tuple[Memory, ...]  # of the whitened signals
     noise: NoiseModel
     whitening: Whitening  # G
+    innovation_sum: float  # sum of the innovations since the last products of ``outside``
     outside: Outside
     instruments: Instruments
 
@@ -68,24 +68,27 @@ def initial_predictor(z: tuple[float, ...], axis_plan: AxisPlan, plan: Plan) -> 
     """Return the state at sample 0 of an axis, in steady state with its signals ``z`` = (phi, y)."""
     w = whitening(axis_plan.first[-2], axis_plan.first[-1], plan.filter, plan.sample_time)
     memory, n = tuple([settled_memory(value, w) for value in z]), axis_plan.reported
-    return PredictorState(memory, initial_noise(plan.angle_slopes[0]), w, initial_outside(n), initial_instruments(n))
+    noise = initial_noise(plan.angle_slopes[0])
+    return PredictorState(memory, noise, w, 0.0, initial_outside(n), initial_instruments(n))
 
 
 def predict_axis(
-    axis: AxisState, p: PredictorState, z: tuple[float, ...], count: int, b: tuple[float, ...], axis_plan: AxisPlan,
-    plan: Plan,
+    axis: AxisState, p: PredictorState, z: tuple[float, ...], count: int, early: float, b: tuple[float, ...],
+    axis_plan: AxisPlan, plan: Plan,
 ) -> tuple[AxisState, PredictorState]:  # fmt: skip
     """Return axis and predictor after the sample ``z`` = (phi, y), which is numbered ``count`` from 0.
 
-    Omega ends with nu; the axis' sums are packed products of (psi, -d, -g, y). The first element of phi is minus the
-    filtered rate; if there are more than two, the second is minus the filtered angle. ``b`` are the instruments, empty
-    while no reference has moved.
+    ``early`` is the share of the information that early forgetting keeps over it.
+
+    Omega ends with nu; the axis' rows are (psi, -d, -g, y). The first element of phi is minus the filtered rate; if
+    there are more than two, the second is minus the filtered angle. ``b`` are the instruments, empty while no reference
+    has moved.
     """
     h, alpha, n = plan.sample_time, plan.settings.forgetting, axis_plan.reported
     c, by_rate, by_angle = plan.angle_slopes
     # unpacked once: the interpreter reads a local ten times faster than a named tuple's field
-    old_memory, old_noise, w, outside, instruments = p
-    old_factor, old_omega, _, sums, moments, errors = axis
+    old_memory, old_noise, w, innovation_sum, outside, instruments = p
+    old_factor, old_omega, _, rows, moments, errors = axis
     memory, v = whiten(old_memory, z, w)
     factor, omega = list(old_factor), list(old_omega)
     regressand = e = v[-1]
@@ -106,9 +109,9 @@ def predict_axis(
     known = regressand + e - c * innovation
     v[-1] = known - d * w.log_bandwidth - g * w.log_corner
     scale = 1.0 / sqrt(old_noise.variance * h)
-    scaled = [scale * x for x in (*v[:n], -d, -g, *v[n:])]
+    scaled = tuple([scale * x for x in (*v[:n], -d, -g, *v[n:])])
 
-    early, r, interval, stride = kept_information(count, 1, h), plan.noise, plan.refresh_samples, plan.product_samples
+    r, interval, stride = plan.noise, plan.refresh_samples, plan.product_samples
     _, s = take_measurement(factor, omega, scaled, scaled[-1], r * early, plan.kept * early)
     certainty = r / (r + (s - r * early))
     turn = count % interval
@@ -120,16 +123,15 @@ def predict_axis(
     if turn == n + 1:
         w = whitening(omega[n], omega[n + 1], plan.filter, h)
 
-    sums = tuple(map(add, sums, outer(scaled)))
-    axis = AxisState(tuple(factor), tuple(omega), e, sums, moments, errors)
+    axis = AxisState(tuple(factor), tuple(omega), e, (*rows, scaled), moments, errors)
     if (count + n) % stride == 0:  # n differs between axes, so that they do this in different samples
-        outside = update_outside(outside, scaled[:n], kept_information(count, stride, h, alpha), stride * h)
-    outside = Outside(outside.innovation_sum + scale * e, *outside[1:])
+        retained = kept_information(count, stride, h, alpha)
+        outside, innovation_sum = update_outside(outside, innovation_sum, scaled[:n], retained, stride * h), 0.0
     if len(b) > 0:
         retained, held = kept_information(count, stride, h, alpha), stride if count % stride == 0 else 0
         instruments = update_instruments(instruments, scaled[:n], scale * known, b, held, retained)
     noise = update_noise(old_noise, e, certainty, d, h, c)
-    return axis, PredictorState(tuple(memory), noise, w, outside, instruments)
+    return axis, PredictorState(tuple(memory), noise, w, innovation_sum + scale * e, outside, instruments)
 
 
 def _renew(
@@ -144,5 +146,4 @@ def _renew(
         increase_variance(factor, index, change)
     share = change / prior + forgotten
     if share > 0.0:
-        n = len(omega)
-        take_measurement(factor, omega, unit_vector(index, n), first, prior / share, 1.0)
+        take_measurement(factor, omega, unit_vector(index, len(omega)), first, prior / share, 1.0, index)

@@ -7,15 +7,11 @@ from dataclasses import dataclass
 from math import cos, exp, expm1, inf, log, pi, sin
 from typing import NamedTuple
 
-from heli_plant.effects import AXES
-
 from ..errors import ConfigurationError, require_positive, require_range
-from .loop import product_interval
+from .loop import product_interval, score_samples
 from .state_filter import FilterCoefficients, discretise
 from .whitening import (
     ANY_ROOM,
-    BANDWIDTHS,
-    CORNERS,
     Bounds,
     Noise,
     Whitening,
@@ -100,7 +96,11 @@ class IdentifierSettings:
     initial: ModelParameters = ModelParameters()  # Omega(0); theta0 if it is estimated
     method: str = ADAPTATION  # the paper's, or prediction_error, which stays right in closed loop
     lag_known: bool = False  # if not, prediction errors estimate the lag as well, from motor_time_constant on
-    noise: tuple[Noise, Noise, Noise] = (ANY_ROOM, ANY_ROOM, ANY_ROOM)  # initial noise models of the axes
+    noise: tuple[Noise, Noise, Noise] = (
+        ANY_ROOM,
+        ANY_ROOM,
+        ANY_ROOM,
+    )  # initial noise models of the axes
 
     def __post_init__(self) -> None:
         require_positive("sample_time", self.sample_time, "s")
@@ -123,9 +123,6 @@ class IdentifierSettings:
             require_range(f"initial.{name}", value, "(SI)")
         if self.method not in METHODS:
             raise ConfigurationError(f"method {self.method!r} must be one of {', '.join(METHODS)}")
-        for axis, noise in zip(AXES, self.noise, strict=True):
-            require_range(f"noise.{axis}.bandwidth", noise.bandwidth, "rad/s", *BANDWIDTHS)
-            require_range(f"noise.{axis}.corner", noise.corner, "rad/s", *CORNERS)
 
 
 WIDTHS = ModelParameters(
@@ -177,6 +174,7 @@ class Plan:
     restoring_noise: float  # r of an addition [1]; infinite if there is none
     refresh_samples: int  # from one whitening filter of prediction errors to the next
     product_samples: int  # from one product of instruments and regressors to the next
+    score_samples: tuple[int, int]  # before the first block of the score of a closed loop, and in a block
     hold_samples: int  # before the estimation begins
     moment_samples: int  # from one sample of the moments to the next
     moment_interval: float  # the same [s]
@@ -220,6 +218,7 @@ def prepare(settings: IdentifierSettings) -> Plan:
         restoring_noise=-settings.gain_limit / expm1(-alpha * h * restoring) if alpha > 0.0 else inf,
         refresh_samples=max(_LEAST_REFRESH, round(_REFRESH / h)),
         product_samples=product_interval(h),
+        score_samples=score_samples(h),
         hold_samples=round(hold / h),
         moment_samples=spacing,
         moment_interval=spacing * h,

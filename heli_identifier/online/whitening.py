@@ -165,9 +165,11 @@ def noise_bounds(h: float) -> Bounds:
 
 def bound_noise(log_bandwidth: float, log_corner: float, bounds: Bounds) -> tuple[float, float]:
     """Return ln omega_o and ln gamma within their bounds."""
-    lowest_bandwidth, highest_bandwidth, lowest_corner, highest_corner = bounds
-    bandwidth = min(max(log_bandwidth, lowest_bandwidth), highest_bandwidth)
-    return bandwidth, min(max(log_corner, lowest_corner), highest_corner)
+    lowest, highest, lowest_corner, highest_corner = bounds
+    return (
+        lowest if log_bandwidth < lowest else highest if log_bandwidth > highest else log_bandwidth,
+        lowest_corner if log_corner < lowest_corner else highest_corner if log_corner > highest_corner else log_corner,
+    )
 
 
 class NoiseModel(NamedTuple):

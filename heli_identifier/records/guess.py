@@ -57,8 +57,8 @@ _STEPS = (1.0 / 2100.0, 1.0 / 45.0)  # range of sampling intervals [s] in which 
 _FRONT_REAR_BONUS = 0.05  # by which front and rear are preferred to sum and difference if a file holds both
 _ENCODER_BONUS = 0.3  # by which an angle with the steps of an encoder is preferred
 _MIRRORED = (
-    "which rotor is the front one cannot be seen where no column is called so: its mirror image, with the rotors "
-    "exchanged (swap_rotors = true) and pitch and travel of the other sign, fits this log as well; and a file may hold "
+    "no column is called front, so this log cannot say which rotor is the front one: the mirror image of the rig "
+    "(rotors exchanged, swap_rotors = true, and pitch and travel of the other sign) fits as well; and a file may hold "
     "several combinations of the voltages: compare with the rig and with the program that wrote the log"
 )
 

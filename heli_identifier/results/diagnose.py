@@ -106,7 +106,7 @@ def diagnose(
         plant_after=plant,
         ahead_200ms=ahead,
         axes=axes,
-        held_out=replace(nats, chi2=chi2),
+        held_out=replace(nats, chi2=chi2 if any(freedom for _, freedom in chi2.values()) else {}),
         closed_loop=references.closed_loop,
         references=references.origin,
         agreement=identified.agreement,

@@ -81,14 +81,14 @@ class AxisError:
     ahead_200ms: ErrorFigure
     """.2 s ahead of it."""
     prediction_1s: ErrorFigure
-    """1 s ahead of the smoothed state under the measured voltages: in closed loop these answer the air, and the figure
-    decides nothing."""
+    """1 s ahead of the smoothed state under the measured voltages. If a controller flew, these answer the air, and the
+    figure decides nothing."""
     prediction_2s: ErrorFigure
     """2 s ahead of it."""
     free_run: ErrorFigure | None = None
-    """None where the axis is not stable."""
+    """Of a run without corrections; None if the axis is not stable."""
     closed_loop_3s: ErrorFigure | None = None
-    """None where references or controller are not known."""
+    """3 s ahead with the controller; None if references or controller are not known."""
 
 
 @dataclass(frozen=True)
@@ -100,9 +100,9 @@ class AxisReport:
     after: AxisError
     """Of the corrected plant."""
     noise_floor: AxisError
-    """That of the corrected plant on records that it made itself; zero where none could be computed."""
+    """Of the corrected plant on records that it simulated itself; zero if none could be computed."""
     angle_stays: ErrorFigure
-    """1 s error [rad] of a prediction that knows no model: a model has to beat it."""
+    """Error 1 s ahead [rad] of the prediction that the angle stays as it is; a model has to beat it."""
     rate_stays: ErrorFigure
     """The same, of a rate that stays."""
     whiteness_p: Mapping[str, Number]
@@ -116,10 +116,10 @@ class AxisReport:
     use: Use
     """What the axis of the plant may be used for: `prediction and control`, `prediction only` or `not usable`."""
     why: str
-    """What the use rests on, in a clause."""
+    """The reason of this use, in a clause."""
     change: Mapping[str, ErrorFigure]
-    """By the names of errors ahead: error after over error before, less 1, over the same segments for both. It is real
-    if its interval excludes zero."""
+    """By the names of the errors: error after over error before, less 1, over the same segments for both. It is real if
+    its interval excludes zero."""
 
 
 @dataclass(frozen=True)
@@ -135,8 +135,8 @@ class HeldOutLikelihood:
     gain: ErrorFigure
     """After less before [nats], all held-out logs together, with its 95 % interval."""
     chi2: Mapping[str, tuple[Number, int]] = field(default_factory=dict)
-    """Of the instruments' judgement `before` and `after`: statistic and degrees of freedom; empty without
-    references."""
+    """Of the instruments' judgement `before` and `after`, on the training logs: statistic and degrees of freedom; empty
+    if no axis was moved by references."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,19 +167,19 @@ class DiagnosisFile:
     schema: Literal["heli-diagnosis/2"] = "heli-diagnosis/2"
     verdict: RigVerdict
     """`effects shown`: entries of the catalogue were found; `unknown effect`: also, or only, a torque that no entry
-    explains; `model adequate`: nothing was shown. That does not mean that the model is exact or its errors small."""
+    explains; `model adequate`: nothing was shown, which does not mean that the model is exact or its errors small."""
     faults: tuple[LogFault, ...] = ()
-    """What is wrong with the logs; what can be undone is undone before anything else is said."""
+    """What is wrong with the logs. What can be undone was undone for all figures of this file."""
     effects: tuple[FoundEffect, ...]
-    """What is established, strongest evidence first; all of it is in the corrected plant, but for torques that are
+    """What is established, strongest evidence first. The corrected plant has all of it, except torques that are
     periodic in time."""
     possible: tuple[FoundEffect, ...]
-    """What the likelihood favours without establishing it: no findings. In the plant where training logs that are left
-    out one at a time get likelier with it, and terms of rigid-body mechanics."""
+    """What the likelihood favours without establishing it; these are not findings. The plant has those that make
+    training logs likelier that are left out one at a time, and terms of rigid-body mechanics."""
     catalogue: tuple[CatalogueVerdict, ...]
-    """The verdict on every entry; of what is `not testable` these logs cannot decide."""
+    """The verdict on every entry; these logs cannot decide about one that is `not testable`."""
     parameters_before: Mapping[str, Estimate]
-    """Of the simplified model, by the paper's symbols; a gain is that at no voltage. A standard error of None says that
+    """Of the simplified model, by the paper's symbols; a gain is the slope at 0 V. A standard error of None says that
     the value was given."""
     parameters_after: Mapping[str, Estimate]
     """The same of the corrected plant."""
@@ -222,8 +222,8 @@ class Diagnosis(DiagnosisFile):
     plant_after: Any
     """The complete parameter sets."""
     covariance: Array
-    """Shape (n, n): Of what ``covariance_fields`` names, gains as slopes at the operating point, a_1 as what it is
-    beyond the lift there."""
+    """Shape (n, n), of the parameters that ``covariance_fields`` names. A gain is the slope at the operating point; a_1
+    is the offset less the lift there."""
     covariance_fields: tuple[str, ...]
     series: tuple[HeldOutSeries, ...]
     curves: tuple[EffectCurve, ...]

@@ -43,7 +43,8 @@ class Look(Tabular):
             for axis, counts in self.movement_counts.items()
         ]
         columns = ("axis", "moves by", "gain", "likelihood", "references alone", "it is")
-        reasons = [f"{name}: {report.determination}; {report.why}" for name, report in self.gains.items()]
+        open_gains = {n: r for n, r in self.gains.items() if r.determination is not tracing.Determination.OUTSIDE}
+        reasons = [f"{name}: {report.determination}; {report.why}" for name, report in open_gains.items()]
         named = [f"{describe_effect(e)}: {e.verdict}, {e.score:.0f} nats" for e in self.effects]
         remarks = (*reasons, *named, f"to fly next: {self.experiment or 'nothing'}")
         return Table(flight_sentence(self.closed_loop, self.references).rstrip("."), columns, rows, remarks)

@@ -168,7 +168,7 @@ def _leading_change(diagnosis: DiagnosisFile, effects: Sequence[tracing.FoundEff
     if not usable:
         return "On held-out logs no axis of the plant is usable."
     if not changes:
-        return f"On held-out logs no usable axis's error {AHEAD[field]} clearly changes."
+        return f"On held-out logs no usable axis clearly changes its error {AHEAD[field]}."
     axes = [effect.axis for effect in effects]
     axis = max(changes, key=lambda name: (name in axes, abs(changes[name])))
     verb = "falls" if changes[axis] < 0.0 else "rises"
@@ -202,7 +202,7 @@ def held_out_sentence(diagnosis: DiagnosisFile) -> str:
     if held_out.chi2:
         (before, _), (after, freedom) = held_out.chi2["before"], held_out.chi2["after"]
         chi2 = f"chi2 = {to_digits(before)} before and {to_digits(after)} after"
-        warning += f" By the references, {chi2}, where {freedom} is expected."
+        warning += f" By the references of the training logs, {chi2}; about {freedom} is expected of a true plant."
     likelihoods = (
         f"The log-likelihood of the held-out logs goes from {held_out.before:.1f} to {held_out.after:.1f} nats per "
         f"second: {gain.value:+z.0f} nats ({gain.low:z.0f} to {gain.high:z.0f}) in {held_out.seconds:.0f} s."

@@ -33,7 +33,7 @@ from heli_plant.parameters import BY_FIELD
 Array = NDArray[np.float64]
 
 NAMES = ModelParameters._fields
-"""The paper's symbols of the estimated parameters; fields of :class:`~heli_plant.parameters.PlantParameters`."""
+"""The paper's symbols of the estimated parameters; fields of :class:`heli_plant.parameters.PlantParameters`."""
 
 ROLES = ("after", "before", "third", "measured")  # colours of the logs; if there are more logs, all have the last one
 ZERO = 0.02  # standard deviation of an encoder's zero from log to log [rad]: a rig is switched on in another position

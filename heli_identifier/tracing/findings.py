@@ -11,7 +11,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from heli_identifier.chain import TIMING, Defect
+from heli_identifier.chain import Defect
 from heli_identifier.online import CONTRADICTION, Estimate
 
 from .fit import Fit, covariance
@@ -77,7 +77,7 @@ def lag_score(fitted: Fit, C: Array) -> Score:
 
 def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float | None = None) -> FoundEffect:
     """State one effect of a selection; ``fitted`` is the delivered plant."""
-    effect, units, p = finding.effect, fitted.likelihood.rig.units, fitted.parameters
+    effect, units = finding.effect, fitted.likelihood.rig.units
     rivals, in_plant = [rival for rival in finding.alternatives if rival.field not in fitted.fields], False
     coefficient = Estimate(finding.score.value, finding.score.standard_error, effect.unit)
     shapes = {name: Estimate(float(value), None, units[name]) for name, value in finding.score.shapes.items()}
@@ -91,13 +91,11 @@ def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float |
     if rivals and rivals[0].experiment != effect.experiment:
         both = (f"For {one.name.replace('_', ' ')}: {one.experiment}" for one in (effect, rivals[0]))
         experiment = " ".join(("Measure what shows either alone.", *both))
-    timing = 1e3 * (p.T_m + p.motor_lag_rotors + p.input_delay_rotors)
     return FoundEffect(
         effect.name, effect.axis, coefficient, verdict, effect.family,
         tuple((other.name, other.axis) for other in rivals),
         NamedShape({effect.shape_names.get(name, name): value for name, value in shapes.items()}),
         finding.stated_score, experiment, in_plant, left_out_gain,
-        f"lag and delay of the rotors together: {timing:.0f} ms" if (effect.family,) == TIMING else "",
     )  # fmt: skip
 
 
@@ -193,12 +191,12 @@ def _bound(effect: Effect, estimate: Estimate) -> float:
 
 
 def parameter_reports(
-    fitted: Fit, C: Array, outside: InstrumentEstimates | None, structure: Sequence[tuple[Effect, Array]]
+    fitted: Fit, C: Array, outside: InstrumentEstimates | None, moves: Array
 ) -> dict[str, ParameterReport]:
     """State for every base parameter of a fit what its value rests on.
 
-    ``C`` (P, P) is the covariance of the coordinates, which contains that of ``structure``, the result of
-    :func:`.stability.open_structure`. ``outside`` is None where nothing came from outside.
+    ``C`` (P, P) is the covariance of the coordinates, at least that of ``moves`` (L, P), the result of
+    :func:`.stability.leave_logs_out`. ``outside`` is None where nothing came from outside.
     """
     rig, reports = fitted.likelihood.rig, {}
     by_instruments = {
@@ -224,10 +222,9 @@ def parameter_reports(
             why = "it trades off against the timing of the voltages in the log"
         experiment = "" if determination is Determination.OUTSIDE else rig.experiments.get(name, "")
         if determination is Determination.NOT_DETERMINED and not contradicted:
-            for effect, moves in structure:
-                if 2.0 * moves[i] ** 2 > C[i, i]:  # most of the interval, so one effect at most
-                    what = f"{effect.name.replace('_', ' ')} of the {effect.axis}"
-                    why, experiment = f"{why}, as these logs leave the {what} open", effect.experiment
+            for record, of_log in zip(fitted.likelihood.records, moves, strict=False):
+                if 2.0 * of_log[i] ** 2 > C[i, i]:  # most of the interval, so one log at most
+                    why = f"{why}, as the log {record.name} moves it"
         reports[name] = ParameterReport(
             estimate, determination, share, instrument, contradicted, (low, high), why, experiment
         )

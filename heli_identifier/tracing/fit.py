@@ -2,9 +2,9 @@
 
 The plant's coordinates x, the air's z and the per-log parameters b move together. No coordinate moves by more than
 :data:`.settings.LARGEST_STEP` widths of its prior in a step, and the step is halved while F grows. A first fit begins
-with the first :data:`.settings.COARSE` s of flight in each of the airs :data:`.settings.AIRS`, and every axis continues
-from the better one. When F falls no further, the fit tries a coarse grid of airs around the present one on every axis,
-and continues from there if F is lower.
+with the first logs alone in each of the airs :data:`.settings.AIRS`, and every axis continues from the better one. When
+F falls no further, the fit tries a coarse grid of airs around the present one on every axis, and continues from there
+if F is lower.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,6 +25,7 @@ from .sensitivity import Quadratic, linearise
 from .settings import (
     AIR_SCAN,
     AIRS,
+    COARSE,
     CONVERGED,
     FARTHEST,
     ITERATIONS,
@@ -62,7 +63,7 @@ class Fit:
         point = replace(point, parameters=likelihood.rig.assign(point.parameters, values))
         data, sigma = likelihood.data_terms(likelihood.run_all(point)[0])
         value = float((data + likelihood.log_determinants(point, sigma)).sum()) + likelihood.priors(x, point)
-        return cls(likelihood, coordinates, x, point, sigma, value)
+        return cls(likelihood, coordinates, x, point, sigma, value if np.isfinite(value) else np.inf)  # it may diverge
 
     @property
     def e(self) -> list[Array]:
@@ -156,14 +157,9 @@ class Fit:
         axes = self.likelihood.filters(self.likelihood.records[0], self.point)
         return np.asarray(self.sigma / np.sqrt([axis.S for axis in axes]))
 
-    def take_step(self, s: Array) -> "tuple[Fit, float] | None":
-        """Take a step ``s`` (n,), halved until F falls, and give the share taken; None if F falls by too little.
-
-        Where F rises, a parabola through its slope and both values estimates the lowest value along the step:
-        (share slope)^2 / (4 bend) below the start.
-        """
-        P, shape = len(self.x), self.point.z.shape
-        share, slope = 1.0, float(self.quadratic.total[1] @ s) - 2.0 * self.quadratic.per_log_fall
+    def take_step(self, s: Array) -> "Fit | None":
+        """Take a step ``s`` (n,), halved until F falls; None if it does not fall."""
+        P, shape, share = len(self.x), self.point.z.shape, 1.0
         for _ in range(ROUNDS):
             taken = share * s
             moved = np.array([share * c - D @ taken for c, D in self.quadratic.per_log_steps])
@@ -171,10 +167,7 @@ class Fit:
             point = replace(self.point, z=z, per_log=self.point.per_log + moved)
             there = self.at(self.likelihood, self.coordinates, np.clip(self.x + taken[:P], *self.bounds), point)
             if there.value < self.value:
-                return there, share
-            bend = there.value - self.value - share * slope
-            if -slope * share > 0.1 * bend and (share * slope) ** 2 < 4.0 * bend * CONVERGED:
-                return None
+                return there
             share *= 0.5
         return None
 
@@ -215,11 +208,10 @@ def fit(
         coordinates, x = _coordinates_of(likelihood, fields, rig.estimate(likelihood.records))
         within = np.clip(x, -FARTHEST, FARTHEST).tolist()  # a step is at most some widths of a prior
         first = rig.assign(rig.parameters, {c.field: c.value(v) for c, v in zip(coordinates, within, strict=True)})
-        beginning = replace(likelihood, records=likelihood.beginning)
         airs = (np.repeat(np.array(air)[:, None], len(rig.axes), axis=1) for air in AIRS)
-        begin = (beginning.neutral_point(first, z) for z in airs)
-        start = _join_airs([_descend(beginning, fields, [point], ROUGHLY, False) for point in begin])
-        start = replace(start, point=replace(start.point, per_log=likelihood.pad_per_log(start.point.per_log)))
+        ends = np.cumsum([record.time[-1] for record in likelihood.records])
+        few = replace(likelihood, records=likelihood.records[: 1 + int(np.searchsorted(ends, COARSE))])
+        start = _join_airs([_descend(few, fields, [few.neutral_point(first, z)], ROUGHLY, False) for z in airs])
     points = [start.point] if other is None else [start.point, other]
     points = [replace(p, parameters=rig.assign(p.parameters, shapes or {})) for p in points]
     return _descend(likelihood, fields, points, ROUGHLY if value_only else CONVERGED, new and not value_only)
@@ -266,7 +258,7 @@ def _descend(
     starts = [Fit.at(likelihood, *_coordinates_of(likelihood, fields, p.parameters), p) for p in points]
     now = min(starts, key=lambda start: start.value)
     lowest = np.repeat(LOWEST, now.point.z.shape[1])
-    for _ in range(ITERATIONS):
+    for _ in range(ITERATIONS if np.isfinite(now.value) else 0):  # a plant may diverge without an effect that it lacks
         z, (H, g) = now.point.z.ravel(), now.quadratic.total
         low, high = now.bounds
         low, high = np.concatenate((low - now.x, lowest - z)), np.concatenate((high - now.x, FARTHEST - z))
@@ -274,9 +266,8 @@ def _descend(
         predicted = -(g @ s + 0.5 * s @ H @ s) + now.quadratic.per_log_fall
         step = now.take_step(s) if predicted >= least else None
         if step is not None:
-            fall, far = now.value - step[0].value, predicted > 1.0 or step[1] < 1.0
-            now = step[0]
-            if fall > least and (far or abs(predicted - fall) > CONVERGED):  # else F is as quadratic as predicted
+            fall, now = now.value - step.value, step
+            if fall > least and (predicted > 1.0 or abs(predicted - fall) > CONVERGED):  # else F is quadratic here
                 continue
         better = now.scan_air() if scan else None
         if better is None:

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from heli_identifier.online import ModelParameters
+from heli_identifier.online import GAINS, ModelParameters
 from heli_identifier.records import Log
 from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, effect_of
 from heli_plant.effects import Effect as Law
@@ -44,9 +44,6 @@ from .settings import CATALOGUE_WIDTHS, DIFFERENCE, GAIN_WIDTH, PER_LOG, TIMED, 
 LAG_FIELD = "motor_lag_rotors"
 BASE = (*ModelParameters._fields, LAG_FIELD)
 """Parameters that every fit estimates: the eleven of Table 2, and the motors' lag beyond T_m."""
-
-GAINS = ("k_x", "k_z", "k_y")
-"""Gains of pitch, elevation, travel."""
 
 WEIGHT = "a_1"
 """Acceleration of the elevation [rad/s^2] by its weight, which the thrust carries at the operating point."""
@@ -226,9 +223,6 @@ class Rig:
             travel = list(VARIABLES).index("travel") + 1.0
             closes = field == f"table_torque_1_{axis}" and getattr(start, f"table_variable_{axis}") == travel
             return Coordinate(field, 0.0, PER_LOG[0], tied=f"table_torque_{KNOTS}_{axis}" if closes else "")
-        if field.startswith("table_first"):  # the table moves onto a notch: within half a spacing, at two widths
-            spacing = getattr(start, f"table_spacing_{field.rpartition('_')[2]}")
-            return Coordinate(field, getattr(start, field), 0.25 * spacing)
         of_shape = next(((entry, s) for entry in CATALOGUE for s in entry.shapes if s.field == field), None)
         if of_shape is not None:
             owner, shape = of_shape
@@ -270,7 +264,7 @@ class Rig:
         return [
             Regression(axis, [record.angles[:, i] for record in records], of_axis, [added[:, i] for added in known])
             for i, (axis, of_axis) in enumerate(zip(AXES, terms, strict=True))
-        ], (signals_of(record, self.parameters, late=True) for record in records)
+        ], (signals_of(record, self.parameters) for record in records)
 
 
 def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -> Rig:

@@ -35,7 +35,7 @@ from .references import References, find_references
 from .rig import Effect, average_blocks
 from .select import Finding, Selection, fit_delivered, select
 from .settings import KEPT, ROUNDS, SETTLING, TIMED, DiagnosisSettings
-from .stability import halves_agree, left_out_gain, open_structure
+from .stability import halves_agree, leave_logs_out, left_out_gain
 from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
 from .unknown import search_unknown
 
@@ -176,15 +176,16 @@ def identify_plant(
         acting = tuple(finding for finding in selection.findings if finding.effect.field not in idle)
         selection = replace(selection, findings=acting)
         plant = fit_delivered(selection, [*dropped, *idle])
-    structure = open_structure(selection, plant)
-    C = covariance(plant) + sum(np.outer(moves, moves) for _, moves in structure)
+    moves, C = leave_logs_out(selection, plant), covariance(plant)
+    wider = np.sqrt(np.maximum(1.0, (moves**2).sum(0) / np.maximum(np.diag(C), 1e-300)))
+    C *= np.outer(wider, wider)
     tell("asking the references", 0.6)
     references = find_references(training)
     outside = _estimate_outside(plant, training, references)
     listed = mark_events(used, (*events, *pushes)) if given.keep_events else used
     return Identification(
         training, kept, selection, unknown, defects, prompt, plant, C, gains, references, outside,
-        parameter_reports(plant, C, outside, structure), tuple(event for log in listed for event in log.events),
+        parameter_reports(plant, C, outside, moves), tuple(event for log in listed for event in log.events),
         halves_agree(selection.form),
         (*slips, *shifted, *sign_notes(estimates(selection.null, covariance(selection.null), rig.gains))),
     )  # fmt: skip
@@ -249,7 +250,8 @@ def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -
     bending = (next(given.readings(record, [plant.parameters])) for record in mended)
     records = [replace(r, angles=r.angles - q) for r, q in zip(mended, bending, strict=True)]  # the rigid arm's
     averaged = [average_blocks(log, signal) for log, signal in zip(logs, references.signals, strict=True)]
-    keep, rates = [(r.weights > 0.0).any(1) | (r.time <= SETTLING) for r in records], [1.0 / r.step for r in records]
+    keep = [(r.weights > 0.0) | (r.time <= SETTLING)[:, None] for r in records]
+    rates = [1.0 / r.step for r in records]
     lag = given.parameters.T_m
     for _ in range(ROUNDS):
         rig = replace(given, parameters=given.parameters._replace(T_m=lag))

@@ -114,14 +114,15 @@ class InstrumentEstimates:
     rates: tuple[float, ...]
 
     def judge(self, plant: Sequence[Array]) -> tuple[float, int]:
-        """Judge a plant, nonlinear or not, by chi2 over all axes and its degrees of freedom.
+        """Judge a plant, nonlinear or not, by chi2 and its degrees of freedom over all axes moved from outside.
 
         ``plant`` has for each log its accelerations (N, number of axes) [rad/s2] at the measured angles, rates and
         motor voltages, at the log's own rate.
         """
         reduced = [differentiate(reduce_rate(a, rate), 0) for a, rate in zip(plant, self.rates, strict=True)]
-        chi2 = [_judge_axis(axis, [a[:, i : i + 1] for a in reduced]) for i, axis in enumerate(self.axes)]
-        return sum(chi2), sum(len(axis.parameters) for axis in self.axes)
+        moved = [(i, axis) for i, axis in enumerate(self.axes) if np.isfinite(axis.values).all()]
+        chi2 = [_judge_axis(axis, [a[:, i : i + 1] for a in reduced]) for i, axis in moved]
+        return sum(chi2), sum(len(axis.parameters) for _, axis in moved)
 
 
 def instruments(
@@ -134,7 +135,8 @@ def instruments(
     """Estimate every axis by instrumental variables; if nothing moved an axis from outside, half-widths are infinite.
 
     Each log has ``signals`` s (N, n), ``references`` (N, m) from outside, zero where it lacks a column, its sampling
-    rate [Hz], at least 25 Hz, and ``keep`` (N,), which is False where a sample says nothing (an axis at rest, a hand).
+    rate [Hz], at least 25 Hz, and ``keep`` (N, number of axes), which is False where a sample says nothing on an axis,
+    which rests or is held.
     """
     for index, rate in enumerate(rates):
         if rate < SEEN_AT * (1.0 - 1e-6):
@@ -145,9 +147,10 @@ def instruments(
 
     inputs = reduce_all(signals)
     hats = predict_signals(inputs, [laguerre_outputs(b) for b in reduce_all(references)])
-    kept = reduce_all([np.ones(len(b)) if keep is None else keep[i].astype(float) for i, b in enumerate(references)])
-    blocks, axes = number_blocks([share[:, 0] > 0.99 for share in kept]), []
-    for axis in regressions:
+    every = [np.ones((len(b), len(regressions))) for b in references]
+    kept, axes = reduce_all(every if keep is None else [part.astype(float) for part in keep]), []
+    for i, axis in enumerate(regressions):
+        blocks = number_blocks([share[:, i] > 0.99 for share in kept])
         measured = [differentiate(y, 2) for y in reduce_all(axis.outputs)]
         known = [differentiate(a, 0) for a in reduce_all(axis.known)] if axis.known else [0.0 * y for y in measured]
         phi, z = ([filter_terms(axis.terms, s) for s in source] for source in (inputs, hats))
@@ -193,8 +196,6 @@ def _estimate_axis(
 def _judge_axis(axis: AxisInstruments, plant: Rows) -> float:
     """Hotelling's statistic of the block scores of a plant's residual, given as chi-squared."""
     k = len(axis.parameters)
-    if not np.isfinite(axis.values).all():
-        return 0.0
     residuals = [y - a for y, a in zip(axis.accelerations, plant, strict=True)]
     (e, z), number = whitened_rows(axis.whitening, axis.blocks, residuals, axis.instruments)
     scores = sum_blocks(z / (np.linalg.norm(z, axis=0) + 1e-300) * e, number)

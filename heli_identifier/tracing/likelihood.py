@@ -30,7 +30,7 @@ from heli_identifier.records import Log
 from .helicopter import Rig
 from .noise import SHAPES, AxisFilter, filter_gains, filters, recolour
 from .rig import Array, Coordinate, Parameters, Record, records_of
-from .settings import COARSE, FORCE, OUTLIER, PER_LOG
+from .settings import FORCE, OUTLIER, PER_LOG
 
 NO_HARMONICS = np.empty((0, 4))
 
@@ -105,13 +105,6 @@ class Likelihood:
         runs = [self.run(i, point) for i in range(len(self.records))]
         return [e for e, _ in runs], [motion for _, motion in runs]
 
-    @cached_property
-    def beginning(self) -> tuple[Record, ...]:
-        """The first records that hold :data:`.settings.COARSE` s of flight, a longer record cut to that."""
-        ends = np.cumsum([record.time[-1] for record in self.records])
-        first = self.records[: 1 + int(np.searchsorted(ends, COARSE))]
-        return tuple(record.until(COARSE) for record in first)
-
     def data_terms(self, e: Sequence[Array], records: Sequence[Record] | None = None) -> tuple[Array, Array]:
         """Return the data's part of F (a,) [nats], and the scales sigma (a,) [rad] that minimise it.
 
@@ -136,23 +129,21 @@ class Likelihood:
         return F, scales
 
     def compare_airs(self, point: Point, e: Sequence[Array], airs: Sequence[Array]) -> Array:
-        """Return the terms (J, a) of F [nats] that depend on the air at the beginning, in each of J ``airs`` (5, a).
+        """Return the terms (J, a) of F [nats] that depend on the air, in each of J ``airs`` (5, a).
 
         ``e`` (N_i, a) [rad] are the innovations in the air of the point.
         """
-        few, under = self.beginning, list[Array]()
-        for record, e_r in zip(few, e[: len(few)], strict=True):
+        under = list[Array]()
+        for record, e_r in zip(self.records, e, strict=True):
             old, new = self.filters(record, point), self.filters(record, point, airs)
-            columns = [recolour(e_r[: record.samples, i], axis, new[i :: len(old)]) for i, axis in enumerate(old)]
+            columns = [recolour(e_r[:, i], axis, new[i :: len(old)]) for i, axis in enumerate(old)]
             under.append(np.stack(columns, axis=2))
-        F, sigma = map(np.array, zip(*(self.data_terms(one, few) for one in zip(*under, strict=True)), strict=True))
-        return np.asarray(F + self.log_determinants(point, sigma, few, airs) + 0.5 * (np.array(airs) ** 2).sum(1))
+        F, sigma = map(np.array, zip(*map(self.data_terms, zip(*under, strict=True)), strict=True))
+        return np.asarray(F + self.log_determinants(point, sigma, airs) + 0.5 * (np.array(airs) ** 2).sum(1))
 
-    def log_determinants(
-        self, point: Point, sigma: Array, records: Sequence[Record] | None = None, airs: Sequence[Array] = ()
-    ) -> Array:
+    def log_determinants(self, point: Point, sigma: Array, airs: Sequence[Array] = ()) -> Array:
         """Return the last sum of F (a,) [nats], or in other ``airs`` (J, a): it integrates over the logs' torques."""
-        information = (self.torque_information(record, point, sigma, airs) for record in records or self.records)
+        information = (self.torque_information(record, point, sigma, airs) for record in self.records)
         return np.asarray(0.5 * sum(map(np.log1p, information)))
 
     def torque_information(self, record: Record, point: Point, sigma: Array, airs: Sequence[Array] = ()) -> Array:

@@ -73,7 +73,7 @@ class Tables:
 
     @staticmethod
     def values(record: Record, parameters: PlantParameters, motion: Array) -> Array:
-        """Return the variables (n, V) along a motion (n, 6) at every :attr:`~.rig.Record.held`-th sample."""
+        """Return the variables (n, V) along a motion (n, 6) at every :attr:`.rig.Record.held`-th sample."""
         nu = lag_voltages(record.inputs, record.step, parameters)[:: record.held]
         return np.column_stack((motion, nu.sum(1), nu[:, 0] - nu[:, 1]))
 
@@ -96,15 +96,10 @@ class Tables:
         return tuple(f"table_torque_{k}_{axis}" for k in range(1, last))
 
     @staticmethod
-    def first(axis: str) -> str:
-        """Where the first value of a table lies, as a parameter of the plant."""
-        return f"table_first_{axis}"
-
-    @staticmethod
     def switch_on(axis: str, variable: str, first: float, spacing: float) -> dict[str, float]:
         """Parameters that switch a table on."""
         number = list(VARIABLES).index(variable) + 1.0
-        return {f"table_variable_{axis}": number, Tables.first(axis): first, f"table_spacing_{axis}": spacing}
+        return {f"table_variable_{axis}": number, f"table_first_{axis}": first, f"table_spacing_{axis}": spacing}
 
 
 def thrust_slopes(parameters: PlantParameters, voltage: float) -> tuple[float, float]:
@@ -144,17 +139,15 @@ def arm_readings(record: Record, plants: Sequence[PlantParameters]) -> Iterator[
         yield bending
 
 
-def signals_of(record: Record, p: PlantParameters, late: bool = False) -> Array:
-    """Signals (N, 5) of the equations of motion: nu_f + nu_r, nu_f - nu_r, theta, eps, lambda'.
+def signals_of(record: Record, p: PlantParameters) -> Array:
+    """Signals (N, 7) of the equations of motion: nu_f + nu_r, nu_f - nu_r, theta, eps, lambda'.
 
-    Where the lag T of the motors may be ``late``, (N, 7), with -d/dT of the first two: -dnu/dT = p nu/(1 + T p).
+    The last two are -d/dT of the first two, T the motors' lag: -dnu/dT = p nu/(1 + T p).
     """
     nu, rate = lag_voltages(record.inputs, record.step, p), np.gradient(record.angles[:, 2], record.step)
-    columns = [nu.sum(1), nu[:, 0] - nu[:, 1], *record.angles[:, :2].T, rate]
-    if late:
-        slope = (nu - lag_voltages(nu, record.step, p)) / max(motor_time_constant(p), TIMED)
-        columns += [slope.sum(1), slope[:, 0] - slope[:, 1]]
-    return np.column_stack(columns)
+    slope = (nu - lag_voltages(nu, record.step, p)) / max(motor_time_constant(p), TIMED)
+    of_thrust, of_lag = ((own.sum(1), own[:, 0] - own[:, 1]) for own in (nu, slope))
+    return np.column_stack((*of_thrust, record.angles[:, :2], rate, *of_lag))
 
 
 def equation_terms(theta0: float) -> tuple[tuple[Term, ...], ...]:

@@ -205,36 +205,17 @@ def _error_polynomials(old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
     return polynomial(A - (A @ K[:, :, None]) * C)
 
 
-def slope_of_colour(axis: AxisFilter, others: Sequence[tuple[AxisFilter, float]]) -> Array:
-    """Return the derivatives of the innovations by parameters of a filter, as combinations of past innovations.
+def slopes_of_colour(e: Array, axis: AxisFilter, others: Sequence[AxisFilter]) -> Array:
+    """Return how much innovations ``e`` (n,) change, to first order, with filters that differ little: (J, n).
 
-    With g = e / det(zI - M) and m = e / det(zI - N), :func:`recolour` has the differential
-
-        de' = d det(zI - N') m - d det(zI - M') g.
-
-    ``others`` are J filters, each with one parameter moved, and by how much it was moved. The weights (8, J) are those
-    of g 1 to 5 samples ago and of m 1 to 3 samples ago, as in :func:`lagged`.
+    The differential of :func:`recolour` is de' = d det(zI - N') e/det(zI - N) - d det(zI - M') e/det(zI - M).
     """
-    new, steps = [other for other, _ in others], np.array([step for _, step in others])
-    of_g = (axis.errors - _error_polynomials(axis, new)).T / steps
-    of_m = (np.array([other.noise for other in new]) - axis.noise).T / steps
-    return np.concatenate((of_g[1:], of_m[1:]))
-
-
-def filter_innovations(axis: AxisFilter, e: Array) -> tuple[Array, Array]:
-    """Return the g and m of :func:`slope_of_colour` of innovations ``e`` (n,)."""
+    of_errors = axis.errors - _error_polynomials(axis, others)
+    of_noise = np.array([other.noise for other in others]) - axis.noise
     g, m = (lfilter([1.0], poles, e) for poles in (axis.errors, axis.noise))
-    return g, m
-
-
-def lagged(g: Array, m: Array, rows: slice) -> Array:
-    """Return what g was 1 to 5 and m 1 to 3 samples ago, at the ``rows`` of a record, shape (8, rows)."""
-    table = np.zeros((8, rows.stop - rows.start))
-    lags = [(g, lag) for lag in range(1, 6)] + [(m, lag) for lag in range(1, 4)]
-    for row, (values, lag) in zip(table, lags, strict=True):
-        known = values[max(rows.start - lag, 0) : max(rows.stop - lag, 0)]
-        row[len(row) - len(known) :] = known
-    return table
+    past = [(g, lag) for lag in range(1, 6)] + [(m, lag) for lag in range(1, 4)]  # the polynomials are monic
+    table = np.array([np.concatenate((np.zeros(lag), values[:-lag])) for values, lag in past])
+    return np.asarray(np.hstack((of_errors[:, 1:], of_noise[:, 1:])) @ table)
 
 
 def start_memory(axis: AxisFilter, held: int = 1) -> Array:

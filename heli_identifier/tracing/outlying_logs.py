@@ -6,7 +6,7 @@ A log that reads z less than the others has the voltages of another height:
     eps'' = -a_e (eps + z) - a_1 + ...,    z_l = -(b_l - median over l of b_l) / a_e.
 
 Up to three standard deviations of b_l a zero is an offset of its log, which every fit estimates. Beyond that the plant
-with its effects decides, fitted to the logs that agree. An arm that was balanced differently has other voltages as
+with its effects decides. An arm that was balanced differently has other voltages as
 well; sines of the elevation tell the two apart, and a log is not shifted if that makes it less likely.
 
 **Other readings.** A log that gets likelier by more than :data:`.settings.UNKNOWN` nats when it is read otherwise was
@@ -14,12 +14,12 @@ read wrongly: with the sign of an axis changed or the rotors swapped it was anot
 divided it was in another unit. Offsets and noise of the log are free.
 
 **Signs.** A larger v_f - v_r raises the pitch, k_x > 0; a larger v_f + v_r raises the elevation, k_z > 0 (Table 2). The
-sign of k_y is a convention, the sense of the travel; where k_x < 0 it tells the two causes apart.
+sign of k_y is a convention, the sense of the travel.
 
 Source: Iglewicz and Hoaglin 1993 (outliers by the median absolute deviation).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -50,14 +50,13 @@ def align_zeros(fitted: Fit, logs: Sequence[Log]) -> tuple[Fit, tuple[Log, ...],
     """
     likelihood, count = fitted.likelihood, len(fitted.point.per_log)
     records = [undo_in_record(likelihood.faults, record_of(log, likelihood.rig)) for log in logs]
-    zeros, judge = _find_zeros(fitted, records)
-    moved, notes = list(logs), list[str]()
+    zeros, moved, notes = _find_zeros(fitted, records), list(logs), list[str]()
     for i in np.flatnonzero(zeros).tolist():
         z = zeros[i] * (np.arange(3) == ELEVATION)
         amount = f"{abs(zeros[i]):.2f} rad {'less' if zeros[i] > 0.0 else 'more'}"
         read = f"{logs[i].name}: its elevation reads {amount} than that of the other logs at like voltages, as if"
         shifted = _reread(records[i], likelihood.rig, angles=records[i].angles + z)
-        if _misfit(judge, records[i])[0] < _misfit(judge, shifted)[0] - KEPT:
+        if _misfit(fitted, records[i])[0] < _misfit(fitted, shifted)[0] - KEPT:
             notes.append(f"{read} the arm had been balanced otherwise; its gains may differ as well")
             zeros[i] = 0.0
         else:
@@ -69,35 +68,14 @@ def align_zeros(fitted: Fit, logs: Sequence[Log]) -> tuple[Fit, tuple[Log, ...],
     return fitted, tuple(moved), tuple(notes)
 
 
-def _find_zeros(fitted: Fit, records: Sequence[Record]) -> tuple[Array, Fit]:
-    """Angles (L,) [rad] by which each elevation reads less than the others, or zero; and the fit that says so."""
-    count = len(fitted.point.per_log)
-    zeros, least = _zeros_under(fitted, records)
-    if not (apart := _lie_apart(zeros, least)).any():
-        return np.zeros(len(records)), fitted
-    others = np.flatnonzero(~apart[:count])
-    if len(others) < count:
-        fitted = _fit_some(fitted, others)
-        zeros, least = _zeros_under(fitted, records)
-    return np.where(apart & _lie_apart(zeros, least), zeros, 0.0), fitted
-
-
-def _zeros_under(fitted: Fit, records: Sequence[Record]) -> tuple[Array, float]:
-    """Zeros (L,) [rad] of the logs' elevations, 0 where too few are known, and the least that is no offset."""
+def _find_zeros(fitted: Fit, records: Sequence[Record]) -> Array:
+    """Angles (L,) [rad] by which each elevation reads less than the others; 0 where it does not lie apart."""
     stiffness = fitted.likelihood.rig.linear(fitted.parameters)[ELEVATION][1]
     b = np.array([log_offsets(fitted, record)[0][ELEVATION] for record in records])
     if stiffness <= 0.0 or np.isfinite(b).sum() < 3:
-        return np.zeros(len(b)), np.inf
-    return np.nan_to_num(np.nanmedian(b) - b) / stiffness, OUTLIER * PER_LOG[0] / stiffness
-
-
-def _fit_some(fitted: Fit, logs: NDArray[np.intp]) -> Fit:
-    """Repeat a fit with some of its logs."""
-    likelihood, point = fitted.likelihood, fitted.point
-    records, logged, harmonics = (tuple(every[i] for i in logs) if every else ()
-                                  for every in (likelihood.records, likelihood.logged, point.harmonics))  # fmt: skip
-    start = replace(fitted, point=replace(point, per_log=point.per_log[logs], harmonics=harmonics))
-    return fit(replace(likelihood, records=records, logged=logged), fitted.names, start)
+        return np.zeros(len(b))
+    zeros = np.nan_to_num(np.nanmedian(b) - b) / stiffness
+    return np.where(_lie_apart(zeros, OUTLIER * PER_LOG[0] / stiffness), zeros, 0.0)
 
 
 def refuse_mirrored(null: Fit) -> None:
@@ -153,41 +131,28 @@ def _lie_apart(values: Array, least: float) -> NDArray[np.bool_]:
 
 
 def log_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
-    """Constant torques (a,) [rad/s^2] of one log under a plant, without a prior, and its innovations (N, a) [rad].
+    """Take constant torques out of the innovations of one log under a plant, without a prior.
 
-    An axis on which nothing counts has nan.
+    Returns the torques (a,) [rad/s^2], nan for an axis on which nothing counts, and the rest of the innovations (N, a)
+    [rad].
     """
     likelihood = replace(fitted.likelihood, records=(record,))
-    point = likelihood.neutral_point(fitted.parameters, fitted.point.z)
-    return subtract_offsets(fitted, record, likelihood.run_all(point)[0][0])
-
-
-def subtract_offsets(fitted: Fit, record: Record, e: Array) -> tuple[Array, Array]:
-    """Take constant torques out of the innovations ``e`` (N, a) of one log, and the periodic torques of the fit.
-
-    The phase of a periodic torque differs from log to log. Returns the constant torques (a,) [rad/s^2] and the rest of
-    e.
-    """
-    b, axes, rest = np.full(e.shape[1], np.nan), fitted.likelihood.filters(record, fitted.point), e.copy()
-    for axis in range(len(b)):
+    (rest,), _ = likelihood.run_all(likelihood.neutral_point(fitted.parameters, fitted.point.z))
+    b, axes = np.full(rest.shape[1], np.nan), likelihood.filters(record, fitted.point)
+    for axis in np.flatnonzero(record.weights.any(0)).tolist():
         w = huber = record.weights[:, axis]
-        if not w.any():
-            continue
-        phases = [sine[1] * record.time for sine in (fitted.point.harmonics or [[]])[0] if sine[0] == axis]
-        torques = [np.ones(record.samples), *(wave(phase) for phase in phases for wave in (np.cos, np.sin))]
-        c = np.column_stack([lfilter(*error_dynamics(axes[axis]), torque) for torque in torques])
+        e, c = rest[:, axis].copy(), lfilter(*error_dynamics(axes[axis]), np.ones(record.samples))
         for _ in range(4):  # from least squares on
-            x = np.linalg.solve((c.T * huber) @ c, -(c.T * huber) @ e[:, axis])
-            rest[:, axis] = e[:, axis] + c @ x
+            b[axis] = -((c * huber) @ e) / ((c * huber) @ c)
+            rest[:, axis] = e + c * b[axis]
             size = np.abs(rest[:, axis])
             huber = w * np.minimum(1.0, OUTLIER * np.median(size[w > 0]) / 0.6745 / np.maximum(size, 1e-12))
-        b[axis] = x[0]
     return b, rest
 
 
 def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
-    """Name the logs that do not belong to the rig of the others: mirror images first, then logs that fit far worse."""
-    rig, notes = fitted.likelihood.rig, []
+    """Name the logs that do not belong to the others: mirror images, logs that fit far worse or have other gains."""
+    rig, reasons = fitted.likelihood.rig, list[tuple[str, str]]()
     records = [record_of(log, rig) for log in logs]
     as_read = [_misfit(fitted, record) for record in records]
     scales = np.array([np.nanmedian(sigma / fitted.sigma) for _, sigma in as_read])
@@ -195,31 +160,25 @@ def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
         alike = [other.rate_hz == log.rate_hz for other in logs]  # an average over 10 ms has less noise
         usual = float(np.median(scales[alike]))
         if mirror := _mirrored(fitted, record, F):
-            notes.append(f"the log {log.name} does not belong to the others: it fits with {mirror[0]}")
+            reasons.append((log.name, f"it fits with {mirror[0]}"))
         elif scale > 2.5 * usual:  # the air of one room hardly makes a ratio of two
-            notes.append(
-                f"the log {log.name} does not belong to the others: "
-                f"its innovations are {scale / usual:.1f} times theirs"
-            )
-    notes += _other_gains(fitted)
-    return tuple(f"{note}. Correct it in heli.toml or leave it out, and run this again" for note in notes)
+            reasons.append((log.name, f"its innovations are {scale / usual:.1f} times theirs"))
+    return tuple(
+        f"the log {name} does not belong to the others: {why}. Correct it in heli.toml or leave it out, and run this "
+        "again"
+        for name, why in (*reasons, *_other_gains(fitted))
+    )
 
 
-def _other_gains(fitted: Fit) -> list[str]:
+def _other_gains(fitted: Fit) -> Iterator[tuple[str, str]]:
     """Name the training logs whose gains, all of them or one, lie apart from those of the others."""
-    axes, records, notes = fitted.likelihood.rig.axes, fitted.likelihood.records, list[str]()
-    if len(records) < 3:  # of two neither is the other one
-        return notes
+    axes, records = fitted.likelihood.rig.axes, fitted.likelihood.records
     gains = fitted.point.per_log[:, 3 * len(axes) : 4 * len(axes)]
-    offsets, outlying = gains - np.median(gains, axis=0), _lie_apart(gains, OUTLIER * PER_LOG[3])
-    for record, offset, lies_apart in zip(records, offsets, outlying, strict=True):
-        if lies_apart.any():
-            said = [f"{100.0 * np.expm1(offset[i]):+.0f} % on the {axes[i]}" for i in np.flatnonzero(lies_apart)]
-            notes.append(
-                f"the log {record.name} does not belong to the others: its gains differ from theirs by "
-                f"{', '.join(said)}, as those of another rig or another supply"
-            )
-    return notes
+    outlying = _lie_apart(gains, OUTLIER * PER_LOG[3]) & (len(records) > 2)  # of two neither is the other one
+    for record, offset, apart in zip(records, gains - np.median(gains, axis=0), outlying, strict=True):
+        if apart.any():
+            said = ", ".join(f"{100.0 * np.expm1(offset[i]):+.0f} % on the {axes[i]}" for i in np.flatnonzero(apart))
+            yield record.name, f"its gains differ from theirs by {said}, as those of another rig or another supply"
 
 
 def _misfit(fitted: Fit, record: Record) -> tuple[float, Array]:
@@ -256,38 +215,19 @@ def _reread(record: Record, rig: Rig, **changed: Any) -> Record:
     return replace(other, start=rig.initial_state(other.angles, other.inputs, other.step))
 
 
-_PITCH: Mapping[int, tuple[str, str]] = {
-    1: ("the pitch counts the other way", "pitch = -1 under [log.signs]"),
-    -1: ("front and rear are exchanged", "swap_rotors = true under [log]"),
-    0: ("the pitch counts the other way or front and rear are exchanged",
-        "pitch = -1 under [log.signs] or swap_rotors = true under [log]"),
-}  # fmt: skip
-"""Causes of a negative k_x, and what mends them, by the sign of k_y."""
+WIRED = {
+    "k_x": "the pitch counts the other way or front and rear are exchanged: set pitch = -1 under [log.signs], or "
+    "swap_rotors = true under [log],",
+    "k_z": "the elevation counts the other way: set elevation = -1 under [log.signs]",
+}
+"""By gain that is positive on every rig (Table 2): why it comes out negative, and what mends it."""
 
 
 def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
     """Warn of gains, by the paper's symbols, that are significantly negative, and say what mends them."""
-    pitch, elevation, travel = (_sign(estimates[name]) for name in ("k_x", "k_z", "k_y"))
-    negative = [name for name, sign in (("k_x", pitch), ("k_z", elevation)) if sign < 0]
-    if not negative:
-        return ()
-    causes = [_PITCH[travel]] if pitch < 0 else []
-    if elevation < 0:
-        causes.append(("the elevation counts the other way", "elevation = -1 under [log.signs]"))
-    cause = " and ".join(cause for cause, _ in causes)
-    advice = f"set {' and '.join(remedy for _, remedy in causes)} of heli.toml (`heli init` writes one)"
-    if pitch < 0 and elevation < 0 and travel >= 0:
-        cause += ", or both voltages do"
-        advice += " (for the voltages v_front = -1 and v_rear = -1)"
-    gains = " and ".join(f"{name} = {estimates[name].value:.3g} {estimates[name].unit}" for name in negative)
-    are = "are" if len(negative) > 1 else "is"
-    return (
-        f"WRONG SIGN: {gains} {are} negative, so {cause}; do not trust this result but {advice}, "
-        "or take the entry away if it stands there already, and run it again",
+    return tuple(
+        f"WRONG SIGN: {name} = {gain.value:.3g} {gain.unit} is negative, so {cause} of heli.toml (`heli init` writes "
+        "one), or take the entry away if it stands there already, and run it again: do not trust this result"
+        for name, cause in WIRED.items()
+        if (gain := estimates[name]).value < -OUTLIER * (gain.standard_error or 0.0)
     )
-
-
-def _sign(estimate: Estimate) -> int:
-    """Return -1 or 1 where a sign is beyond chance, else 0."""
-    sure = abs(estimate.value) > OUTLIER * (estimate.standard_error or 0.0)
-    return sure * (1 if estimate.value > 0.0 else -1)

@@ -10,15 +10,14 @@ u^2/I in these logs, which exceeds 1 because the filter's model of the air is no
 change v' [V/s] of the voltages during the pulse, phi = phi_0 + tau^2 v'^2: the error of a law at one step of the
 voltages is compared with its errors at other steps.
 
-A push is a pulse of :data:`.settings.UNKNOWN` nats. The largest one of every log is left out and the fit is repeated
-without that passage. Then the push is placed again, because the fit before took it for air and so gave it a wrong size
-and wrong edges, and the next one is searched.
+A push is a pulse of :data:`.settings.UNKNOWN` nats. The largest one of every log is left out, and the search is
+repeated around a fit without that passage, until none is left.
 
 Source: Willsky and Jones, IEEE Trans. Automatic Control 21 (1976) 108.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +31,6 @@ from heli_identifier.records import Event, Log
 from .fit import Fit, fit, fit_per_log
 from .likelihood import undo_in_record
 from .noise import error_dynamics, match_steps, start_memory
-from .outlying_logs import subtract_offsets
 from .rig import Array, Record, records_of
 from .settings import SEEN_AT, SETTLING, UNKNOWN
 
@@ -47,79 +45,56 @@ def find_pushes(fitted: Fit, logs: Sequence[Log]) -> tuple[Event, ...]:
 
     Passages of the logs' events are not searched. A log may begin with a push: a rig takes off, or a hand lets it go.
     """
-    axes, records = range(len(fitted.likelihood.rig.axes)), records_of(logs, fitted.likelihood.rig, settled=True)
-    searched = [_SearchedLog(log, record, log.events) for log, record in zip(logs, records, strict=True)]
+    rig, count, new = fitted.likelihood.rig, len(fitted.point.per_log), False
+    records, events = records_of(logs, rig, settled=True), [log.events for log in logs]
     while True:
-        fitted, filtered = _fit_beside_events(fitted, searched)
-        for i, by_axis in enumerate(zip(*(_search_axis(fitted, axis, filtered) for axis in axes), strict=True)):
-            placed = [push for push, _ in by_axis if push]
-            S, new = max((further for _, further in by_axis), key=lambda further: further[0])
-            known = (*searched[i].earlier, *placed)
-            searched[i] = replace(searched[i], earlier=known, newest=(new,) if S > UNKNOWN else ())
-        if not any(log.newest for log in searched):
-            return tuple(push for own in searched for push in own.earlier[len(own.log.events) :])
+        marked = tuple(record.mark(own, rig.axes) for record, own in zip(records, events, strict=True))
+        fitted = _fit_again(fitted, marked[:count]) if new else fitted
+        errors = [*fitted.e, *_errors_beside(fitted, marked[count:])]
+        known = [
+            (record.mark(own, rig.axes, settled=True), np.where(record.weights > 0.0, e, 0.0))
+            for record, own, e in zip(records, events, errors, strict=True)
+        ]
+        found, new = [_search_axis(fitted, axis, known) for axis in range(len(rig.axes))], False
+        for i, (log, by_axis) in enumerate(zip(logs, zip(*found, strict=True), strict=True)):
+            (S, start, end, size), axis = max(zip(by_axis, rig.axes, strict=True))
+            if S > UNKNOWN:
+                push = Event(log.name, axis, start, end, log.start + start, log.start + end, "force", size)
+                events[i], new = (*events[i], push), True
+        if not new:
+            return tuple(push for log, own in zip(logs, events, strict=True) for push in own[len(log.events) :])
 
 
-@dataclass(frozen=True, eq=False)
-class _SearchedLog:
-    """A log, its whole record as logged, and the events that are known so far."""
-
-    log: Log
-    record: Record
-    earlier: tuple[Event, ...]
-    newest: tuple[Event, ...] = ()
-    """The push that was found last, by a fit that took it for air."""
-    e: Array = field(default_factory=lambda: np.empty((0, 0)))
-    """Innovations (N, a) [rad] of a filter that knows these events."""
-    sizes: Array = field(default_factory=lambda: np.empty(0))
-    """Of the torques of the pushes [rad/s^2], as :attr:`.Record.pushes` has them."""
+def _fit_again(fitted: Fit, records: tuple[Record, ...]) -> Fit:
+    """Repeat a fit with its records as logged, marked otherwise."""
+    again = replace(fitted.likelihood, records=records, faults={}, logged=())
+    return fit(again.undo_faults(fitted.likelihood.faults), fitted.names, fitted)
 
 
-def _fit_beside_events(fitted: Fit, logs: Sequence[_SearchedLog]) -> tuple[Fit, list[_SearchedLog]]:
-    """Repeat a fit without the passages of new pushes, and run its filter along all logs, their faults undone."""
-    likelihood, axes, count = fitted.likelihood, fitted.likelihood.rig.axes, len(fitted.point.per_log)
-    undone = [undo_in_record(likelihood.faults, log.record) for log in logs]
-    marked = tuple(log.record.mark((*log.earlier, *log.newest), axes) for log in logs)
-    if any(log.newest for log in logs[:count]):
-        again = replace(likelihood, records=marked[:count], faults={}, logged=()).undo_faults(likelihood.faults)
-        fitted = fit(again, fitted.names, fitted)
-    errors, per_log = list(fitted.e), list(fitted.point.per_log)
-    if held_out := tuple(undo_in_record(likelihood.faults, record) for record in marked[count:]):
-        others = replace(likelihood, records=held_out, faults={}, logged=())
-        filtered = fit_per_log(others, others.neutral_point(fitted.parameters, fitted.point.z), fitted.sigma)
-        errors += [subtract_offsets(fitted, record, e)[1] for record, e in zip(held_out, filtered.e, strict=True)]
-        per_log += list(filtered.point.per_log)
-    return fitted, [
-        replace(log, record=record, e=np.where(record.weights > 0.0, e, 0.0), sizes=b[5 * len(axes) :])
-        for log, record, e, b in zip(logs, undone, errors, per_log, strict=True)
-    ]
+def _errors_beside(fitted: Fit, records: Sequence[Record]) -> list[Array]:
+    """Innovations (N, a) [rad] of records that are not those of a fit."""
+    if not records:
+        return []
+    undone = tuple(undo_in_record(fitted.likelihood.faults, record) for record in records)
+    others = replace(fitted.likelihood, records=undone, faults={}, logged=())
+    return fit_per_log(others, others.neutral_point(fitted.parameters, fitted.point.z), fitted.sigma).e
 
 
-def _search_axis(fitted: Fit, i: int, logs: Sequence[_SearchedLog]) -> list[tuple[Event | None, tuple[float, Event]]]:
-    """Place the newest push of every log again, if it is on this axis, and find the largest further one with its S."""
-    axis, on_axis = fitted.likelihood.rig.axes[i], [_Pulses.of(fitted, log, i) for log in logs]
-    least, tau_squared = _dispersion(on_axis)
+def _search_axis(
+    fitted: Fit, axis: int, known: Sequence[tuple[Record, Array]]
+) -> list[tuple[float, float, float, float]]:
+    """Find the largest further push of every log on one axis: its S, start and end [s], size [rad/s^2].
 
-    def largest(log: Log, pulses: _Pulses, merit: Array, S: Array) -> tuple[float, Event]:
-        k, first = map(int, np.unravel_index(merit.argmax(), merit.shape))
-        start, end = float(pulses.starts[first]), float(pulses.ends[k, first])
+    ``known`` are the records, marked with the events that are known, and the innovations of a filter that knows them.
+    """
+    on_axis = [_Pulses.of(fitted, record, e[:, axis], axis) for record, e in known]
+    (least, tau_squared), found = _dispersion(on_axis), list[tuple[float, float, float, float]]()
+    for pulses in on_axis:
+        phi = [least[w] + tau_squared[w] * pulses.change(w) ** 2 for w in range(len(WIDTHS))]
+        S = 0.5 * pulses.u**2 / np.array(phi)
+        k, first = map(int, np.unravel_index(S.argmax(), S.shape))
         size = -float(pulses.u[k, first] / pulses.root[k])  # e is measured minus predicted
-        push = Event(log.name, axis, start, end, log.start + start, log.start + end, "force", size)
-        return float(S[k, first] * (merit[k, first] > 0.0)), push
-
-    found = list[tuple[Event | None, tuple[float, Event]]]()
-    for filtered, pulses in zip(logs, on_axis, strict=True):
-        changes = [pulses.change(w) for w in range(len(WIDTHS))]
-        S = np.array([0.5 * u**2 / (least[w] + tau_squared[w] * changes[w] ** 2) for w, u in enumerate(pulses.u)])
-        placed = None
-        for newest in (push for push in filtered.newest if push.axis == axis):
-            unknown = _Pulses.of(fitted, filtered, i, newest_known=False)
-            # the change of the voltages decides whether it is a push, and not where it is
-            near = np.asarray(unknown.u**2 * unknown.overlap(newest), dtype=float)
-            S_near, push = largest(filtered.log, unknown, near, 0.5 * near / least)
-            placed = push if S_near > UNKNOWN else newest
-            S[pulses.overlap(placed)] = 0.0
-        found.append((placed, largest(filtered.log, pulses, S, S)))
+        found.append((float(S[k, first]), pulses.period * first, pulses.period * (first + WIDTHS[k]), size))
     return found
 
 
@@ -138,40 +113,17 @@ class _Pulses:
     rate: NDArray[np.float32]
     """How fast the voltages change [V/s] at these starts, shape (n,)."""
 
-    @property
-    def starts(self) -> Array:
-        """Instants [s] at which pulses start, shape (n,)."""
-        return np.asarray(self.period * np.arange(self.u.shape[1]))
-
-    @property
-    def ends(self) -> Array:
-        """Instants [s] at which they end, shape (W, n)."""
-        return np.asarray(self.starts + self.period * np.array(WIDTHS)[:, None])
-
     def change(self, w: int) -> NDArray[np.float32]:
         """Return v' [V/s] of the pulses of a width by start, shape (n,)."""
         return maximum_filter1d(self.rate, WIDTHS[w] + LAG, origin=(LAG - WIDTHS[w] + 1) // 2)
 
-    def overlap(self, push: Event) -> NDArray[np.bool_]:
-        """Which pulses overlap a push, shape (W, n)."""
-        return np.asarray((self.starts < push.end) & (self.ends > push.start))
-
     @classmethod
-    def of(cls, fitted: Fit, log: _SearchedLog, axis: int, newest_known: bool = True) -> "_Pulses":
-        """Match innovations of one axis with pulses, beside the log's start and the pushes that the filter knows.
-
-        Without ``newest_known`` the innovations are those of a filter that does not know the newest push.
-        """
-        dynamics, sigma = fitted.likelihood.filters(log.record, fitted.point)[axis], fitted.sigma[axis]
-        names = fitted.likelihood.rig.axes
-        record = log.record.mark((*log.earlier, *log.newest * newest_known), names, settled=True)
-        held, period, e, w = record.held, record.held * record.step, log.e[:, axis], record.weights[:, axis]
+    def of(cls, fitted: Fit, record: Record, e: Array, axis: int) -> "_Pulses":
+        """Match innovations ``e`` (N,) of an axis with pulses, beside the log's start and the pushes of the record."""
+        dynamics, sigma = fitted.likelihood.filters(record, fitted.point)[axis], fitted.sigma[axis]
+        held, period, w = record.held, record.held * record.step, record.weights[:, axis]
         inputs = record.slower.inputs
         rate = np.abs(np.diff(inputs, axis=0, prepend=inputs[:1])).sum(1) / period
-        if not newest_known:
-            courses = [course for _, course in log.record.mark(log.newest, names).pushes]
-            sizes = log.sizes[len(record.pushes) : len(record.pushes) + 2]
-            e = e - lfilter(*error_dynamics(dynamics), sizes @ courses) * (e != 0.0)
         courses = [course for push_axis, course in record.pushes if push_axis == axis]
         torques, memory = np.zeros((2 + len(courses), record.samples)), np.zeros((2 + len(courses), 5))
         memory[:2] = start_memory(dynamics)

@@ -101,10 +101,8 @@ def find_references(logs: Sequence[Log]) -> References:
                     origins.add("logged")
             if not any((i, axis) in found for axis in axes):
                 answering[i] = _Law(log, channel)
-        for again in (False, True):  # a log that shows a law badly takes it from one that shows it well
-            for law in answering.values():
-                law.search(list(answering.values()), again)
         for i, law in answering.items():
+            law.search(list(answering.values()))
             _, signal, reason = law.rebuild()
             if signal is None:
                 notes.append(f"{logs[i].name}: {channel} holds no reference: {reason}.")
@@ -256,7 +254,7 @@ class _Law:
         """Return the first value of :meth:`gains`; few rounds are enough to compare starts."""
         return self.gains(shape, rounds)[0]
 
-    def search(self, laws: Sequence["_Law"], again: bool = False) -> None:
+    def search(self, laws: Sequence["_Law"]) -> None:
         """Find the rates on a grid, or from the ``laws`` of other logs, and polish them.
 
         Where a tenth of the samples is at the voltages' limit, too much of r would be interpolated. In a log that the
@@ -266,8 +264,6 @@ class _Law:
             return
         known = [(self.loss(law.shape), law.shape, law) for law in laws if law.shape is not None]
         loss, shape, other = min(known, key=lambda candidate: candidate[0], default=(np.inf, None, None))
-        if again and (other is None or other is self or loss > self.least - 0.05):
-            return
         enough = np.log(EXACT) if other is None else max(np.log(EXACT), other.least - other.size + np.log(3.0))
         if shape is not None and loss - self.size <= enough:
             best = self.polish(shape)
@@ -275,8 +271,7 @@ class _Law:
             best = self.scan()
             if shape is not None and loss < self.loss(best):
                 best = shape
-        if self.loss(best) < self.least:
-            self.shape, self.least = best, self.loss(best)
+        self.shape, self.least = best, self.loss(best)
 
     def scan(self) -> _Shape:
         """Polish the best shape of a grid, with an integral term if that lowers the loss."""

@@ -197,12 +197,6 @@ class Record:
         """Samples of a block of :data:`.settings.BLOCK` s, a multiple of :attr:`held`."""
         return self.held * max(1, round(BLOCK / (self.held * self.step)))
 
-    def until(self, seconds: float) -> "Record":
-        """Return the record up to an instant [s]."""
-        n = slice(round(seconds / self.step))
-        cut = {name: getattr(self, name)[n] for name in ("time", "inputs", "angles", "weights")}
-        return replace(self, **cut, pushes=[(axis, course[n]) for axis, course in self.pushes])
-
     def torque(self, constant: Array, sizes: Sequence[float]) -> Array:
         """Return a ``constant`` torque (a,) [rad/s^2], and where there are pushes with these ``sizes``, (N, a)."""
         if not self.pushes:
@@ -265,23 +259,33 @@ def average_blocks(log: Log, held: Array) -> Array:
 def record_of(log: Log, rig: Any, settled: bool = False) -> Record:
     """Prepare a log; its events, and its start if the filter is not ``settled`` there, do not count.
 
-    Nor does an axis that stays within 1.5 counts of its encoder for .5 s: it rests or sticks.
+    Nor does an axis that stays within 1.5 counts of its encoder for .5 s: it rests or sticks. At an end of its way a
+    table or a stop may have held it, which no plant has: the filter settles after that as after a push.
     """
     n, voltages = block_samples(log), average_blocks(log, log.voltages)
     step, count = n / log.rate_hz, len(voltages)
     angles = log.angles if n == 1 else log.angles[: count * n].reshape(count, n, -1).mean(1)
     time = np.arange(count, dtype=np.float64) * step
-    width = round(0.5 / step) | 1
-    span = maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0)
-    moves, begun = (span > 1.5 * rig.resolution).astype(float), rig.initial_state(angles, voltages, step)
+    rests, held = find_rests(angles, step, rig.resolution)
+    moves, begun = (~(rests | held)).astype(float), rig.initial_state(angles, voltages, step)
     inputs, angles = np.ascontiguousarray(voltages), np.ascontiguousarray(angles)
     return Record(log.name, step, time, inputs, angles, moves, begun).mark(log.events, rig.axes, settled)
+
+
+def find_rests(angles: Array, step: float, resolution: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Find where angles (N, a) rest, and where they are held at an end of their way and while the filter settles."""
+    width = round(0.5 / step) | 1
+    past = round(SETTLING / step) + width // 2
+    rests = maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0) <= 1.5 * resolution
+    at_end = np.minimum(angles - angles.min(0), angles.max(0) - angles) <= 1.5 * resolution
+    return rests, maximum_filter1d(rests & at_end, past + 1, axis=0, origin=past // 2, mode="constant")
 
 
 def records_of(logs: Sequence[Log], rig: Any, settled: bool = False) -> tuple[Record, ...]:
     """Prepare the logs of a rig; an axis that rests in most of the samples counts nowhere, it is left to its priors."""
     records = [record_of(log, rig, settled) for log in logs]
-    moving = sum(r.weights.sum(0) for r in records) / max(1.0, sum((r.time > SETTLING).sum() for r in records))
+    rests = [find_rests(r.angles, r.step, rig.resolution)[0][r.time > SETTLING] for r in records]
+    moving = 1.0 - np.vstack(rests).mean(0)
     for record in records:
         record.weights[:, moving < 0.5] = 0.0
         record.weights.flags.writeable = False

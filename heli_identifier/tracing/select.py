@@ -2,12 +2,10 @@
 
 An effect enters the model at a score of :data:`.settings.KEPT` nats, the largest first, and leaves it below; when the
 set no longer changes, the model is refitted and the catalogue is scored again around that fit, until the set does not
-change there either. An effect that has left does not enter again. Effects of the fit leave before others enter, or one
-round later: two laws that bend one curve, such as a dead zone and a quadratic thrust, seem to replace each other until
-both are fitted. If the data do not tell laws of one family apart, the one with the fewest shapes is taken. An effect
-with a score of :data:`.settings.NAMED` is established if a refit without it loses as much: the quadratic form of a law
-with corners, such as a dead zone, predicts five times the loss of the refit. Effects of one family are one finding, and
-its score is the loss of the likelihood without all its members.
+change there either. An effect that has left does not enter again. If the data do not tell laws of one family apart, the
+one with the fewest shapes is taken. An effect with a score of :data:`.settings.NAMED` is established if a refit without
+it loses as much: the quadratic form of a law with corners, such as a dead zone, predicts five times the loss of the
+refit. Effects of one family are one finding, and its score is the loss of the likelihood without all its members.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -29,11 +27,9 @@ class Finding:
     score: Score
     """Of the effect alone: the loss without it, beside all others."""
     family_score: float
-    """The loss without all members of its family [nats]."""
+    """Of the strongest of a family, which takes its name: the loss without all members [nats]; 0 of the others."""
     alternatives: tuple[Effect, ...]
     """Effects that would explain the data about as well in its place."""
-    is_strongest: bool = True
-    """Whether it is the strongest of its family, which takes its name."""
     refit_score: float | None = None
     """The loss of a refit without its family [nats]; None where no refit was made."""
     shape_at_bound: bool = False
@@ -44,14 +40,13 @@ class Finding:
     @property
     def established(self) -> bool:
         """Whether it is shown."""
-        least = self.effect.shown_from
-        strong = self.score.score > least or (self.is_strongest and self.family_score > least)
+        strong = max(self.score.score, self.family_score) > self.effect.shown_from
         return strong and not self.shape_at_bound and (self.refit_score is None or self.refit_score > REFITTED)
 
     @property
     def stated_score(self) -> float:
         """Score for results [nats]: the family's for its strongest member, and at most the loss of the refit."""
-        score = max(self.score.score, self.family_score if self.is_strongest else 0.0)
+        score = max(self.score.score, self.family_score)
         return score if self.refit_score is None else min(score, self.refit_score)
 
 
@@ -212,18 +207,16 @@ def _weigh_effects(form: Scores, null: Fit) -> Iterator[Finding]:
 
 
 def stepwise(form: Scores, start: Sequence[str], barred: Collection[str] = ()) -> list[str]:
-    """Let effects leave, then let others enter that are not ``barred``, until the set does not change.
+    """Let effects leave, and others enter that are not ``barred``, until the set does not change.
 
-    An effect that left does not enter again. After the first entry only effects that entered may leave. If a new effect
-    makes one of the fit needless, a fit of both decides: the quadratic form predicts such an exchange badly.
+    An effect that left does not enter again.
     """
-    selected, entered, left = list(start), list[str](), set(barred)
+    selected, left = list(start), set(barred)
     while True:
         scores = form.scores(selected)
-        worst = min(entered or selected, key=lambda name: scores[name].score, default=None)
+        worst = min(selected, key=lambda name: scores[name].score, default=None)
         if worst is not None and scores[worst].score < form.entry_score(worst):
             selected.remove(worst)
-            entered = [name for name in entered if name != worst]
             left.add(worst)
             continue
         outside = {name: one.score for name, one in scores.items() if one.score > form.entry_score(name)}
@@ -231,7 +224,6 @@ def stepwise(form: Scores, start: Sequence[str], barred: Collection[str] = ()) -
         if best is None:
             return selected
         selected.append(best)
-        entered.append(best)
 
 
 def _prefer_simpler(form: Scores, selected: list[str], barred: set[str]) -> list[str]:
@@ -267,12 +259,13 @@ def _weigh_effect(
         across = max(1.0, V / phi, V_L / phi)
         phi, score = phi * across, replace(score, score=score.score / across)
     family = score.score
-    if len(relatives) > 1:
+    if any(scores[other].score > scores[name].score for other in relatives):
+        family = 0.0
+    elif len(relatives) > 1:
         rest = [other for other in selected if other not in relatives]
         family = (form.fall(selected) - form.fall(rest)) / phi - KEPT * (len(relatives) - 1)
-    strongest = all(scores[other].score <= scores[name].score for other in relatives)
     at_bound = any(bound[names.index(shape)] for shape in effect.shapes if shape in names)
-    finding = Finding(effect, score, family, (), strongest, shape_at_bound=at_bound)
+    finding = Finding(effect, score, family, (), shape_at_bound=at_bound)
     if lost is None:
         return finding
     if finding.established:

@@ -20,7 +20,6 @@ Sources: Ljung, System Identification, 2nd ed., section 10.2 (Gauss-Newton); Hub
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,20 +30,18 @@ from .noise import (
     SHAPES,
     AxisFilter,
     error_dynamics,
-    filter_innovations,
     filters,
-    lagged,
     reading_dynamics,
-    slope_of_colour,
+    slopes_of_colour,
     start_memory,
 )
-from .rig import Array, Coordinate, Parameters, Record, means
+from .rig import Array, Coordinate, Parameters, means
 from .settings import DIFFERENCE, OUTLIER, PER_LOG
 
 Rows = tuple[NDArray[np.intp], Array]
 """Numbers of coordinates (k,), and the derivatives by them (k, n)."""
 
-CHUNK = 8000
+CHUNK = 2000
 """Samples that are read at a time."""
 
 
@@ -141,19 +138,6 @@ def _normal_equations(
     return H, scores
 
 
-class _Axis(NamedTuple):
-    """The filter of one axis at one rate, and its derivatives."""
-
-    filter: AxisFilter
-    transfer: tuple[Array, Array]
-    moving: NDArray[np.intp]
-    """Coordinates that move the filter itself."""
-    slopes: Array
-    """What :func:`.noise.slope_of_colour` gives for these, shape (8, k)."""
-    settled: Array
-    """Relative derivatives of the response to a constant torque by these, shape (k,)."""
-
-
 class Sensitivities:
     """Derivatives of the innovations of every record by the coordinates of a point.
 
@@ -166,7 +150,6 @@ class Sensitivities:
         self.moves = [likelihood.move(point, c, float(x_c)) for c, x_c in zip(coordinates, x, strict=True)]
         self.first_per_log = len(self.moves) + SHAPES * len(likelihood.rig.axes)
         self.count = self.first_per_log + len(likelihood.tau) - len(likelihood.rig.axes)
-        self._at_rate: dict[float, list[_Axis]] = {}
 
     def of_record(self, i: int, e: Array, motion: Array) -> Iterator[tuple[slice, list[Rows], list[Rows]]]:
         """Return derivatives of the innovations ``e`` (N, a) of record ``i``: the samples of a chunk, then two lists.
@@ -176,17 +159,16 @@ class Sensitivities:
         """
         L, point, moves, rig = self.likelihood, self.point, self.moves, self.likelihood.rig
         record, a, P, held = L.records[i], len(rig.axes), len(moves), L.records[i].held
-        axes = self._of_rate(record)
+        axes = L.filters(record, point)
         of_plant = [j for j, m in enumerate(moves) if not m.in_reading and m.faults is None and m.torque is None]
         plants = [L.plant_of_log(i, point, p) for p in (point.parameters, *(moves[j].parameters for j in of_plant))]
         widths = np.array([move.step for move in moves])[:, None]
-        read = self._of_reading(i, motion, plants[0])
-        filtered = [filter_innovations(axis.filter, e[:, k]) for k, axis in enumerate(axes)]
+        sampled = self._at_every_sample(i, e, motion, plants[0])
         motors = None
         turn, zeroed = DIFFERENCE * PER_LOG[4], np.array(rig.zero_sensitive, dtype=int)
         first_push = P + 3 + len(zeroed)
         memory = np.zeros((a, first_push + len(record.pushes), 5))
-        memory[:, P + 1 : P + 3] = [start_memory(axis.filter, held) for axis in axes]
+        memory[:, P + 1 : P + 3] = [start_memory(axis, held) for axis in axes]
         pushes = [(axis, means(course[:, None], held)[:, 0]) for axis, course in record.pushes]
         b = self.first_per_log
         chunk = record.block * max(1, CHUNK // record.block)
@@ -211,23 +193,24 @@ class Sensitivities:
             fast, slow = [], []
             for k, axis in enumerate(axes):
                 passed = torques[k].any(1) | memory[k].any(1)
-                through, memory[k][passed] = lfilter(*axis.transfer, torques[k][passed], axis=1, zi=memory[k][passed])
+                transfer, state = error_dynamics(axis, held), memory[k][passed]
+                through, memory[k][passed] = lfilter(*transfer, torques[k][passed], axis=1, zi=state)
                 per_log = (b + k + a * np.arange(3), b + 3 * a + zeroed, b + 4 * a + np.arange(len(pushes)))
                 slow.append((np.concatenate((np.arange(P), *per_log))[passed], through))
-                numbers = np.concatenate((axis.moving, np.array(list(read[k]), dtype=int)))
-                by_filter = axis.slopes.T @ lagged(*filtered[k], rows)
-                fast.append((numbers, np.vstack((by_filter, *(change[rows] for change in read[k].values())))))
+                fast.append((np.array([*sampled[k]]), np.array([change[rows] for change in sampled[k].values()])))
             yield rows, fast, slow
 
-    def _of_reading(self, i: int, motion: Array, plant: Parameters) -> list[dict[int, Array]]:
-        """Return by axis and coordinate the derivatives (N,) by a bending of the arm and by faults of the log."""
+    def _at_every_sample(self, i: int, e: Array, motion: Array, plant: Parameters) -> list[dict[int, Array]]:
+        """Return by axis and coordinate the derivatives (N,) by the filter, a bending of the arm, and faults."""
         L, moves, record = self.likelihood, self.moves, self.likelihood.records[i]
-        axes = self._of_rate(record)
-        found = [dict[int, Array]() for _ in axes]
+        axes, found = L.filters(record, self.point), list[dict[int, Array]]()
+        for axis, others, e_a in zip(axes, self._other_filters(record.step), e.T, strict=True):
+            changes = slopes_of_colour(e_a, axis, [other for other, _ in others.values()])
+            found.append({j: de / step for (j, (_, step)), de in zip(others.items(), changes, strict=True)})
 
         def pass_on(j: int, change: Array, dynamics: Callable[[AxisFilter], tuple[Array, Array]]) -> None:
             for k in np.flatnonzero(change.any(0)).tolist():
-                found[k][j] = lfilter(*dynamics(axes[k].filter), change[:, k] / moves[j].step)
+                found[k][j] = lfilter(*dynamics(axes[k]), change[:, k] / moves[j].step)
 
         if bending := [j for j, move in enumerate(moves) if move.in_reading]:
             plants = [self.point.parameters, *(moves[j].parameters for j in bending)]
@@ -247,21 +230,11 @@ class Sensitivities:
         """Return the derivatives (count,) of record ``i``'s part of :meth:`.Likelihood.log_determinants`."""
         record, slopes = self.likelihood.records[i], np.zeros(self.count)
         information = self.likelihood.torque_information(record, self.point, sigma)
-        for axis, H in zip(self._of_rate(record), information, strict=True):
-            slopes[axis.moving] += H / (1.0 + H) * axis.settled
+        axes = self.likelihood.filters(record, self.point)
+        for axis, others, H in zip(axes, self._other_filters(record.step), information, strict=True):
+            for j, (other, step) in others.items():
+                slopes[j] += H / (1.0 + H) * (other.settled / axis.settled - 1.0) / step
         return slopes
-
-    def _of_rate(self, record: Record) -> list[_Axis]:
-        """Return the filters of the axes at the rate of a record, and their derivatives by the coordinates."""
-        if record.step in self._at_rate:
-            return self._at_rate[record.step]
-        axes = self._at_rate[record.step] = list[_Axis]()
-        filters_here, others = self.likelihood.filters(record, self.point), self._other_filters(record.step)
-        for here, by_number in zip(filters_here, others, strict=True):
-            slopes = slope_of_colour(here, list(by_number.values()))
-            settled = np.array([(other.settled / here.settled - 1.0) / step for other, step in by_number.values()])
-            axes.append(_Axis(here, error_dynamics(here, record.held), np.array(list(by_number)), slopes, settled))
-        return axes
 
     def _other_filters(self, h: float) -> list[dict[int, tuple[AxisFilter, float]]]:
         """Return by axis and number of a coordinate the filter with that coordinate moved, and how far it was moved.

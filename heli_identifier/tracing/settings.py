@@ -100,7 +100,7 @@ slowly. Gauss-Newton alone stays in local optima of the air on two thirds of the
 encoders of 16 bits and more."""
 
 COARSE = 60.0
-"""Length of flight [s] that a scan and the beginnings of a first fit look at: the air is the same in all logs."""
+"""Length of flight [s] that the beginnings of a first fit look at: the air is the same in all logs."""
 
 # --- the helicopter (helicopter.py) ---
 

@@ -1,4 +1,4 @@
-"""How far a selection depends on the logs that it was made from: structure left open, logs left out, halves of them.
+"""How far a selection depends on the logs that it was made from: logs left out, and halves of them.
 
 All of it is linear algebra on the quadratic forms of whole logs around the last fit. A possible effect enters the
 delivered plant if it makes logs likelier that the fit has not seen (leave one log out). Disjoint halves of whole logs
@@ -10,50 +10,31 @@ from collections.abc import Collection, Sequence
 from itertools import combinations
 
 import numpy as np
-from scipy.special import expit
 
 from .fit import Fit
-from .rig import Array, Effect
+from .rig import Array
 from .score import Scores, fall_by
 from .select import Selection, established_families, stepwise
 from .settings import KEPT
 from .statements import Agreement
 
 
-def open_structure(selection: Selection, plant: Fit) -> list[tuple[Effect, Array]]:
-    r"""Return how far a plant's coordinates (P,) may lie off because of each effect that the logs leave open.
+def leave_logs_out(selection: Selection, plant: Fit) -> Array:
+    """Return how each log left out moves the plant's coordinates, names chosen anew, shape (L, P); zero for one log.
 
-        sqrt(p_j (1 - p_j)) delta_j,    p_j = 1/(1 + exp(T_j - S_j))
-
-    delta_j is how far they move if effect j enters or leaves, or is replaced by a rival; p_j is the probability that it
-    is there, S_j its score, and T_j the score of entry or that of the rival. Each family enters once. The squares are
-    variances that an interval under one structure does not contain. Source:
-    Hoeting, Madigan, Raftery and Volinsky, Statistical Science 14 (1999) 382, eq. (3) (Bayesian model averaging), the
-    effects apart.
+    sqrt((L - 1)/L) (x_l - mean x) of L logs: the sums of squares are the jackknife's variances over whole logs. They
+    contain what differs from log to log beyond the per-log parameters, the choice of effects, and that one log may say
+    more than all others. Sources: Efron and Stein, Annals of Statistics 9 (1981) 586; MacKinnon, Nielsen and Webb, J.
+    Applied Econometrics 38 (2023) 671 (CV3).
     """
-    form, chosen = selection.form, selection.form.selected
-    here, moves_of = form.minimum(chosen)[0], list[tuple[Effect, Array]]()
-    columns = [form.fitted.names.index(name) if name in form.fitted.names else None for name in plant.fields]
-
-    def leave_open(effect: Effect, nats: float, other: Sequence[str]) -> None:
-        p, delta = expit(nats), form.minimum(other)[0] - here
-        moves = np.array([0.0 if j is None else delta[j] for j in columns])
-        moves_of.append((effect, np.sqrt(p * (1.0 - p)) * moves))
-
-    for finding in selection.findings:
-        name, score = finding.effect.field, finding.score.score
-        rest = [other for other in chosen if other != name]
-        leave_open(finding.effect, score - form.entry_score(name), rest)
-        for rival in finding.alternatives[:1]:
-            its = form.scores(rest, among=[rival.field])[rival.field].score
-            leave_open(rival, score - its, [*rest, rival.field])
-    seen = {finding.effect.family for finding in selection.findings}
-    for name, outside in sorted(selection.scores.items(), key=lambda item: -item[1].score):
-        effect = form.effects[name]
-        if effect.family not in seen and name not in plant.fields and outside.score > 0.0:
-            seen.add(effect.family)
-            leave_open(effect, outside.score - form.entry_score(name), [*chosen, name])
-    return moves_of
+    form, P = selection.form, len(plant.fields)
+    count = len(form.quadratic.H)
+    if count == 1:
+        return np.zeros((1, P))
+    rest = [form.all_but(log) for log in range(count)]
+    x = np.array([part.minimum(stepwise(part, []))[0] for part in rest])
+    moves, names = np.sqrt((count - 1.0) / count) * (x - x.mean(0)), form.fitted.names
+    return np.column_stack([moves[:, names.index(name)] if name in names else np.zeros(count) for name in plant.fields])
 
 
 def left_out_gain(form: Scores, selected: Sequence[str], name: str = "", table: Collection[str] = ()) -> float:

@@ -108,8 +108,6 @@ class FoundEffect:
     left_out_gain: float | None = None
     """Of a possible effect: the rise of the log-likelihood of training logs, each left out in turn [nats]. None for a
     torque that steps at one instant, and for a law whose shape lies at the end of its range: no plant has these."""
-    together: str = ""
-    """What the effect and its alternatives come to together, in words; empty where there is no such figure."""
 
 
 @dataclass(frozen=True)
@@ -141,9 +139,9 @@ class CatalogueVerdict:
     verdict: Verdict
     """`shown`, `ambiguous`, `possible`, `not shown` or `not testable`."""
     estimate: Estimate
-    """Coefficient beside all that is in the corrected model."""
+    """Coefficient beside all effects of the corrected model."""
     score: Number
-    """What it adds to the likelihood, or what is lost without it [nats]."""
+    """Gain of log-likelihood by it, or loss without it [nats]."""
     visibility: Number
     """Share of the effect's signature that the fitted parameters cannot imitate."""
     upper_bound: float | None
@@ -163,7 +161,7 @@ class ParameterReport:
     determination: Determination
     """`determined from outside`, `rests on the noise model` or `not determined`."""
     outside_share: float | None
-    """Share of its regressor that references explain; None without references."""
+    """Share of its regressor (the signal that it multiplies) that references explain; None without references."""
     instrument: Estimate | None
     """Its estimate by instruments."""
     contradicted: bool

@@ -68,7 +68,7 @@ class Unknown:
 
 Torques = tuple[str, float, float, float, Array, Sequence[NDArray[np.intp]]]
 """Variable, ``first`` and ``spacing`` as in :class:`Unknown`, width of the prior [rad/s^2], torques (m, k) [rad/s^2]
-for weights of that width, and for each record which of the m acts at every :attr:`~.rig.Record.held`-th sample."""
+for weights of that width, and for each record which of the m acts at every :attr:`.rig.Record.held`-th sample."""
 
 
 def _weigh_torques(fitted: Fit, a: int, groups: Sequence[Torques]) -> list[Unknown]:
@@ -214,7 +214,7 @@ def _fit_torque(fitted: Fit, u: Unknown, found: Sequence[Unknown]) -> tuple[Fit,
         return fit(fitted.likelihood, fitted.names, _set_harmonics(alone, [*found, u])), u
     fields = tables.fields(u.axis, u.variable)
     shapes = tables.switch_on(u.axis, u.variable, u.first, u.spacing) | dict(zip(fields, u.weights, strict=True))
-    return fit(fitted.likelihood, (*fitted.names, *fields, tables.first(u.axis)), fitted, shapes), u
+    return fit(fitted.likelihood, (*fitted.names, *fields), fitted, shapes), u
 
 
 def _set_harmonics(fitted: Fit, unknowns: Sequence[Unknown]) -> Fit:
@@ -253,7 +253,7 @@ def _describe(fitted: Fit, u: Unknown) -> FoundEffect:
 def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     """Draw a table's torque where the logs were, without the constant and the line that the simplified model has."""
     tables = fitted.likelihood.rig.tables
-    turning, first = u.variable in tables.turning, fitted.estimate(tables.first(u.axis))
+    turning, first = u.variable in tables.turning, u.first
     x = first + u.spacing * np.linspace(0.0, tables.knots - 1.0, POINTS)
     visited = _values_visited(fitted, fitted.likelihood.rig.axes.index(u.axis), _variables(fitted))
     values = visited[:, list(tables.variables).index(u.variable)]
@@ -269,28 +269,16 @@ def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     half = 1.96 * PER_LOG[0] * np.sqrt(np.einsum("ij,jk,ik->i", B, covariance(fitted)[np.ix_(at, at)], B))
     there = visits > 0.0
     x, y, half, unit = x[there], y[there], half[there], tables.variables[u.variable]
-    said = _words(turning and bool(there.all()), unit, x, y, half)
-    words = f"a torque by the {variable_name(u.variable)}, {said}"
+    words = f"a torque by the {variable_name(u.variable)}, {_words(unit, x, y, half)}"
     return CurveShape(u.variable, unit, words, np.column_stack((x, y)), np.column_stack((x, y - half, y + half)))
 
 
-def _words(closed: bool, unit: str, x: Array, y: Array, half: Array) -> str:
+def _words(unit: str, x: Array, y: Array, half: Array) -> str:
     """Describe the determined part of a curve, where its band is narrow beside its range."""
     known = np.ones(len(y), dtype=bool)
     while (less := known & (half < 0.25 * np.ptp(y[known]))).sum() > max(10, 0.1 * len(y)) and (less != known).any():
         known = less
-    X, Y = x[known], y[known]
-    words = f"{np.ptp(Y):.2g} rad/s^2 from lowest to highest"
+    words = f"{np.ptp(y[known]):.2g} rad/s^2 from lowest to highest"
     if not known.all():
-        words += f" between {X[0]:.2g} and {X[-1]:.2g} {unit}, where its band is narrow"
-    if closed:
-        power = np.abs(np.fft.rfft(y[:-1] - y[:-1].mean())) ** 2
-        n = int(power.argmax())
-        return f"{words}, periodic with {n} wave{'s'[: n > 1]} per turn" if power[n] > 0.5 * power.sum() else words
-    if len(X) < 10:
-        return words
-    away = np.abs(Y - np.median(Y))
-    wide = X[away > 0.5 * away.max()]
-    if wide[0] > X[0] and wide[-1] < X[-1] and len(wide) < 0.35 * len(X):  # at an end it may be no notch
-        return f"{words}, a notch near {0.5 * (wide[0] + wide[-1]):.3g} {unit}, {np.ptp(wide):.2g} {unit} wide"
+        words += f" between {x[known][0]:.2g} and {x[known][-1]:.2g} {unit}, where its band is narrow"
     return words

@@ -145,9 +145,10 @@ def ground_effect(
 ) -> float:
     """Ground effect: close to the table the rotors lift more, on the ground by the share c.
 
-    A change of eps_ground has the same effect as a change of c, so eps_ground is not estimated.
+    A change of eps_ground has the same effect as a change of c, so eps_ground is not estimated. No arm is below the
+    ground, but a prediction may be.
     """
-    return c * k_z * mu_sum * cos(pitch) * exp(-(elevation - ground_elevation) / ground_height)
+    return c * k_z * mu_sum * cos(pitch) * exp(min(ground_elevation - elevation, 0.0) / ground_height)
 
 
 @declared(

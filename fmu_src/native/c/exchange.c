@@ -1,12 +1,11 @@
 /* Model Exchange: states, rates and events in time, between the importer and a model that has EXCHANGE. */
 #include "unit.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 enum { MOST = 32 }; /* states of a model */
-#define TIME_TOLERANCE 1e-9 /* [s]; importers round the time of an event */
-
 /* Time since the start at which the laws are computed: before an event up to it, after the event from then on. */
 static double law_time(const Unit *unit)
 {
@@ -123,7 +122,8 @@ Status exchange_update(Unit *unit, double *next)
     const Status status = check_ready(unit, "newDiscreteStates", NO_STATES, false);
     if (status != OK)
         return status;
-    if (unit->reached >= unit->start_time + unit->next_event - TIME_TOLERANCE) { /* the sum that was told */
+    const double due = unit->start_time + unit->next_event; /* the sum that was told */
+    if (unit->reached >= due - 1e-9 - 4.0 * DBL_EPSILON * fabs(due)) { /* [s]; importers round the time of an event */
         unit->passed = unit->next_event;
         unit->next_event = EXCHANGE->next_event(unit->model, unit->passed);
         unit->stale = true;

@@ -54,8 +54,7 @@ static void initialise(Model *model, Unit *unit)
     model->limit = values[REF_excitation_limit].real;
     model->difference = model->total = (Signal){0};
     if (experiment == EXPERIMENT_1 || experiment == EXPERIMENT_2) {
-        const Row_Maybe_SquareChirp_Maybe_SquareChirp paper = excitation_paper_channels(
-            &unit->permanent, experiment, channel);
+        const Row_Maybe_SquareChirp_Maybe_SquareChirp paper = excitation_paper_channels(experiment, channel);
         model->difference.square = paper.x0;
         model->total.square = paper.x1;
     } else if (experiment == MULTISINE) {

@@ -47,28 +47,16 @@ static void advance(Model *model, Unit *unit, double time, double step)
     Row3 references;
     unit_read(unit, REF_v_front, &now.x0, 5);
     unit_read(unit, REF_pitch_reference, &references.x0, 3);
-    (void)step;
     if (!model->sampled.some) {
         model->sampled.value = identifier_begin_sampling(&unit->space, time, now, &model->plan, references);
         model->sampled.some = true;
         return;
     }
-    Sampled sampled = model->sampled.value;
-    const double due = identifier_next_due(&sampled, &model->plan);
-    slave_base_check_substeps(&unit->space, time - due, model->plan.settings.sample_time, "sample.time", time);
-    Row_IdentifierState_IdentifierOutput next;
-    bool taken = false;
-    for (; identifier_is_due(&sampled, time, &model->plan); taken = true) {
-        next = identifier_take_sample(&unit->space, &sampled, time, now, &model->plan, references);
-        sampled.state = next.x0;
-    }
-    if (taken) {
-        adaptive_identifier_check_estimate(&unit->space, &next.x1.parameters, time, now);
-        show(model, unit, &next.x1);
-    }
-    sampled.before = time;
-    sampled.previous = now;
-    model->sampled.value = sampled;
+    const Row_Sampled_Maybe_IdentifierOutput next = adaptive_identifier_take_samples(
+        &unit->space, &model->sampled.value, time, step, now, references, &model->plan);
+    model->sampled.value = next.x0;
+    if (next.x1.some)
+        show(model, unit, &next.x1.value);
 }
 
 static void pass(Model *model, Bytes *bytes)

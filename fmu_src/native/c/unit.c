@@ -1,3 +1,4 @@
+#include "model.h"
 #include "unit.h"
 
 #include <math.h>
@@ -145,47 +146,22 @@ Status unit_terminate(Unit *unit)
 
 /* Steps */
 
-/* Log the values that prevent the step at ``time``, and a failed initialisation. */
-static Status refuse_for_values(Unit *unit, double time)
+/* Write which values prevent a step, and a failed initialisation; nothing if there is none. */
+static const char *write_refused(const Unit *unit, char reasons[MESSAGE_SIZE])
 {
-    char reasons[MESSAGE_SIZE], reason[MESSAGE_SIZE];
+    char reason[MESSAGE_SIZE];
     size_t used = 0;
+    reasons[0] = '\0';
     if (unit->failure[0])
         used = (size_t)snprintf(
-            reasons, sizeof reasons, "%s (the initialisation failed; reset the unit)", unit->failure);
-    for (size_t i = 0; i < VARIABLE_COUNT && used < sizeof reasons; i++) {
+            reasons, MESSAGE_SIZE, "%s (the initialisation failed; reset the unit)", unit->failure);
+    for (size_t i = 0; unit->refused_count && i < VARIABLE_COUNT && used < MESSAGE_SIZE; i++) {
         if (unit->values[i].refused)
             used += (size_t)snprintf(
-                reasons + used, sizeof reasons - used, "%s%s", used ? "; " : "",
+                reasons + used, MESSAGE_SIZE - used, "%s%s", used ? "; " : "",
                 out_of_range(i, unit->values[i].refused_as, reason));
     }
-    return unit_log(
-        unit, DISCARD, "doStep: the step from t = %g s is refused until this is corrected: %s", time, reasons);
-}
-
-static Status check_step(Unit *unit, double time, double step)
-{
-    char first[NUMBER_SIZE], second[NUMBER_SIZE];
-    if (unit->exchange)
-        return unit_log(unit, ERROR, "doStep: the unit was instantiated for model exchange");
-    if (unit->phase != STEPPING)
-        return unit_log(
-            unit, DISCARD, "doStep: the unit is %s and cannot step from t = %g s: finish its initialisation first",
-            PHASES[unit->phase], time);
-    if (unit->refused_count || !unit->initialised)
-        return refuse_for_values(unit, time);
-    if (!(step > 0.0 && step < LONGEST_STEP))
-        return unit_log(
-            unit, DISCARD, "doStep: communication step = %s s at t = %g s must be positive and below %g s",
-            write_shortest(first, step), time, LONGEST_STEP);
-    /* the state belongs to the end of the last step */
-    if (fabs(time - unit->reached) <= CLOCK_TOLERANCE * step || (!HAS_PAST && isfinite(time)))
-        return OK;
-    return unit_log(
-        unit, DISCARD,
-        "doStep: the step begins at t = %s s, the one before ended at %s s: time must neither repeat nor jump; to go "
-        "back, restore a state from then",
-        write_shortest(first, time), write_shortest(second, unit->reached));
+    return reasons;
 }
 
 void unit_swap_spaces(Unit *unit)
@@ -200,6 +176,10 @@ void unit_swap_spaces(Unit *unit)
 static void compact(Unit *unit)
 {
     Bytes bytes = {.space = &unit->spare};
+    if (!MODEL.pass) { /* there is nothing between two steps */
+        space_empty(&unit->space);
+        return;
+    }
     space_empty(&unit->spare);
     MODEL.pass(unit->model, &bytes); /* count them */
     bytes = (Bytes){.at = space_take(&unit->spare, (int64_t)bytes.used, 1), .size = bytes.used, .space = &unit->spare};
@@ -212,13 +192,15 @@ static void compact(Unit *unit)
 
 Status unit_step(Unit *unit, double time, double step)
 {
-    const Status status = check_step(unit, time, step);
-    if (status != OK)
-        return status;
+    char refused[MESSAGE_SIZE];
+    if (unit->exchange)
+        return unit_log(unit, ERROR, "doStep: the unit was instantiated for model exchange");
     if (setjmp(unit->refusal.back))
         return unit_log(unit, DISCARD, "doStep: %s", unit->refusal.message);
-    if (MODEL.pass && unit->space.taken > 2 * unit->live + GARBAGE)
+    if (unit->space.taken > 2 * unit->live + GARBAGE)
         compact(unit);
+    slave_base_check_step(
+        &unit->space, PHASES[unit->phase], write_refused(unit, refused), HAS_PAST, unit->reached, time, step);
     MODEL.advance(unit->model, unit, time, step);
     unit->reached = time + step;
     unit->stale = EXCHANGE != NULL;

@@ -65,10 +65,7 @@ extern const Variable VARIABLES[];
 extern const size_t VARIABLE_COUNT;
 extern const char UNIT_TOKEN[];
 
-/* The limits of the unit in Python: fmu_src/slave_base.py. */
-extern const bool HAS_PAST;          /* whether outputs depend on earlier steps; if not, a step may begin at any time */
-extern const double LONGEST_STEP;    /* of a communication step [s], which also excludes infinity */
-extern const double CLOCK_TOLERANCE; /* of a step's begin, as a share of the step */
+extern const bool HAS_PAST; /* whether outputs depend on earlier steps; if not, a step may begin at any time */
 
 struct Unit {
     Phase phase;

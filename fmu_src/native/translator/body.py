@@ -224,7 +224,7 @@ class Body:
             for is_starred, value in values:
                 self.for_each(value, add) if is_starred else add(value)
 
-        return self.collect(fill, rooms[0] if rooms else "0")
+        return self.collect(fill, f"{rooms[0]} + {len(parts) - 1}" if rooms else "0")
 
     def get_item(self, value: Any, index: Any) -> Any:
         """Return ``value[index]``; a slice of a list is a new list."""
