@@ -144,8 +144,9 @@ def test_a_figure_keeps_peaks_takes_its_colours_from_the_page_and_survives_a_run
     assert "#" not in drawn
 
 
-def test_numbers_and_units_are_written_as_people_write_them():
+def test_numbers_units_and_laws_are_written_as_people_write_them():
     assert words.with_interval(Estimate(0.02512, 2.6e-4, "rad/s^2")) == "0.02512 ± 0.00051 rad/s²"
     assert words.with_interval(Estimate(1.5, None, "1")) == "1.50"
     assert [words.to_digits(x) for x in (-0.00123456, float("nan"), 0.0)] == ["−0.00123", "–", "0"]
     assert (words.unit_text("rad/s^2"), words.unit_text("1"), words.unit_text("s^-1")) == ("rad/s²", "", "s⁻¹")
+    assert words.law_text("-c theta^2 - abs(eps)") == "−c θ² − |ε|"

@@ -25,8 +25,8 @@ def effects(json: bool = args.JSON, verbose: bool = args.VERBOSE) -> None:
         document.append({name: value for name, value in entry.items() if name != "function"})
         span = results.typeset(f" {effect.lower:g} to {effect.upper:g}").strip()
         shapes = ", ".join(results.label_with_unit(shape.name, shape.unit) for shape in effect.shapes)
-        unit = results.unit_text(effect.unit)
-        rows.append((effect.name, effect.axis, effect.law, unit, span, shapes, effect.source))
+        law, unit = results.law_text(effect.law), results.unit_text(effect.unit)
+        rows.append((effect.name, effect.axis, law, unit, span, shapes, effect.source))
     columns = ("effect", "axis", "law", "unit of c", "range of c", "shapes", "source")[: None if verbose else 5]
     print_answer(json, document, [results.Table("Effects", columns, [row[: len(columns)] for row in rows])])
 

@@ -56,6 +56,7 @@ from .words import effect_name as effect_name
 from .words import join_words as join_words
 from .words import label_parameter as label_parameter
 from .words import label_with_unit as label_with_unit
+from .words import law_text as law_text
 from .words import name_parameter as name_parameter
 from .words import to_digits as to_digits
 from .words import typeset as typeset

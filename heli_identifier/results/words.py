@@ -88,6 +88,23 @@ def angle_text(figure: ErrorFigure | None) -> str:
     return f"{value} ({to_digits(1e3 * figure.low)} to {to_digits(1e3 * figure.high)})"
 
 
+_GREEK = {
+    "nu": "ν", "theta": "θ", "eps": "ε", "lambda": "λ", "zeta": "ζ", "tau": "τ", "w": "ω", "mu": "μ",
+}  # fmt: skip
+
+
+def law_text(law: str) -> str:
+    """Return a law of the catalogue with Greek letters, real minus signs and superscripts."""
+
+    def typeset_symbol(match: re.Match[str]) -> str:
+        head, mark, subscript = match[0].partition("_")
+        symbol = BY_FIELD[match[0]].symbol if match[0] in BY_FIELD else ""
+        return symbol or f"{_GREEK.get(head, head)}{mark}{subscript}"
+
+    text = re.sub(r"abs\(([^)]*)\)", r"|\1|", re.sub(r"[A-Za-z_][A-Za-z_0-9]*", typeset_symbol, law))
+    return text.replace("->", "→").replace("^2", "²").replace("-", "−")
+
+
 def leading_error(diagnosis: DiagnosisFile) -> str:
     """Return the field of the error by which the plant is judged: the closed loop's if its controller is known."""
     if not diagnosis.closed_loop:
