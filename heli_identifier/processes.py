@@ -14,7 +14,6 @@ import os
 import pickle
 import signal
 import sys
-import sysconfig
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -104,10 +103,13 @@ def call_apart(
     answer, NoAnswer is raised. Its temporary files are in ``folder``, which is for this call alone.
     """
     (folder / "order").write_bytes(pickle.dumps((function, arguments, error, patience, memory)))
+    # This package is found where it is now; the user's folder (-P) and that of his script may have files called alike.
+    place = str(Path(__file__).parents[1])
+    search = f"import sys; {place!r} in sys.path or sys.path.insert(0, {place!r})"
     with (
         open(folder / "errors", "wb") as errors,
         Popen(
-            _python_command(f"from {__name__} import _answer; _answer()", str(folder)),
+            [sys.executable, "-P", "-c", f"{search}; from {__name__} import _answer; _answer()", str(folder)],
             stdin=PIPE,  # ends with this process, and then the child does
             stdout=DEVNULL,
             stderr=None if shows_errors else errors,
@@ -158,19 +160,6 @@ def _answer() -> NoReturn:
     os.replace(folder / "draft", folder / "answer")
     sys.stderr.flush()
     os._exit(0)
-
-
-def _python_command(code: str, *arguments: str) -> list[str]:
-    """Return the command that runs ``code`` in another Python with the same module search path.
-
-    The working folder and that of the user's script are left out, because a file there may have the name of a module;
-    but not a folder of Python's own or of this package.
-    """
-    kept = {Path(__file__).parents[1].resolve(), *(Path(path).resolve() for path in sysconfig.get_paths().values())}
-    script = getattr(sys.modules["__main__"], "__file__", None) or ""
-    users = {Path(script).resolve().parent, Path.cwd()} - kept
-    folders = [folder for folder in sys.path if folder and Path(folder).resolve() not in users]
-    return [sys.executable, "-P", "-c", f"import sys; sys.path[:] = {folders!r}; {code}", *arguments]
 
 
 def _end_process(process: "Popen[bytes]") -> None:

@@ -107,7 +107,8 @@ def describe_events(logs: Sequence[Log], events: Sequence[Event]) -> tuple[str, 
             rest = f"{used:.1f} of {log.duration:.1f} s are used" if used else "nothing remains of it"
             rest += ", so little that the log may not be of the rig of the others" if 2.0 * used < log.duration else ""
             notes.append(
-                f"{log.name}: something other than the plant acted on it ({listed}); {rest} (--keep-events keeps them)"
+                f"{log.name}: something other than the plant acted on it ({listed}); {rest} "
+                "(`heli diagnose --keep-events` keeps them)"
             )
     return tuple(notes)
 

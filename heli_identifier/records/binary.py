@@ -147,11 +147,12 @@ def _read_matlab(path: Path, file: str) -> _Columns:
     """Read a MATLAB file by scipy.io, or by mat-io if it is needed; the vectors may differ in length."""
     from scipy.io import loadmat
 
-    with open(path, "rb") as stream:
-        head = stream.read(516)
-    hdf5 = b"\x89HDF" in (head[:4], head[512:])  # MATLAB puts a header before it
-    variables = {} if hdf5 else loadmat(path, squeeze_me=True, appendmat=False)
-    if hdf5 or "__function_workspace__" in variables:
+    try:
+        variables = loadmat(path, squeeze_me=True, appendmat=False)
+        is_plain = "__function_workspace__" not in variables  # where objects are
+    except NotImplementedError:  # scipy's answer to HDF5
+        is_plain = False
+    if not is_plain:
         from matio import load_from_mat
 
         variables = load_from_mat(str(path))

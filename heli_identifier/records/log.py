@@ -78,13 +78,11 @@ class Log:
         object.__setattr__(self, "references", {axis: _freeze(values) for axis, values in self.references.items()})
         object.__setattr__(self, "notes", tuple(self.notes))
         count, inf = len(self.angles), float("inf")
-        signals: list[tuple[str, Array, tuple[int, ...], float, str]] = [
-            ("voltages", self.voltages, (count, 2), HIGHEST_VOLTAGE, "V"),
-            ("angles", self.angles, (count, 3), FARTHEST_TRAVEL, "rad"),
-        ]
-        for axis, values in self.references.items():
-            signals.append((f"the {axis} reference", values, (count,), FARTHEST_TRAVEL, "rad"))
-        for name, values, shape, bound, unit in signals:
+        references = {f"the {axis} reference": values for axis, values in self.references.items()}
+        shapes = {"voltages": (count, 2), "angles": (count, 3)}
+        for name, values in {"voltages": self.voltages, "angles": self.angles, **references}.items():
+            shape = shapes.get(name, (count,))
+            bound, unit = (HIGHEST_VOLTAGE, "V") if name == "voltages" else (FARTHEST_TRAVEL, "rad")
             self._require(values.shape == shape, f"{name} has shape {values.shape}, {shape} is needed")
             wrong = np.argwhere(~(np.abs(values) <= bound))  # NaN as well
             problem = f"{name}, sample {wrong[0][0] if len(wrong) else 0}: not finite, or beyond {bound:g} {unit}"

@@ -132,7 +132,7 @@ def identify(
     rig_logs = records.read_logs(logs)
     rig = configuration or records.common_configuration(rig_logs) or RigConfiguration()
     records.check_excitation(rig_logs)
-    records.check_held_out_is_new((), rig_logs)
+    records.check_flights_differ(rig_logs)
     highest, notes = records.highest_voltage(rig_logs, rig.format.voltage_limit)
     passages = [passage for log in rig_logs for passage in cut_at_events(log)]
 

@@ -137,6 +137,8 @@ class Rig:
     gains: ClassVar = GAINS
     zero_sensitive: ClassVar = (AXES.index("pitch"),)
     """Axes on which a zero error of the encoder does not act as a constant torque: a lean turns the thrust."""
+    carried: ClassVar = (AXES.index("elevation"),)
+    """Axes that a table may carry at their lowest angle."""
     positive_gains: ClassVar = GAINS[:2]
     """Gains that are positive on every rig that is wired as its model says."""
     units: ClassVar[Mapping[str, str]] = {row.field: row.unit for row in BY_FIELD.values()}

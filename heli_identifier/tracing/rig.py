@@ -259,32 +259,33 @@ def average_blocks(log: Log, held: Array) -> Array:
 def record_of(log: Log, rig: Any, settled: bool = False) -> Record:
     """Prepare a log; its events, and its start if the filter is not ``settled`` there, do not count.
 
-    Nor does an axis that stays within 1.5 counts of its encoder for .5 s: it rests or sticks. At an end of its way a
-    table or a stop may have held it, which no plant has: the filter settles after that as after a push.
+    Nor does an axis that stays within 1.5 counts of its encoder for .5 s: it rests or sticks. At its lowest angle a
+    table may carry it, which no plant has: the filter settles after that as after a push.
     """
     n, voltages = block_samples(log), average_blocks(log, log.voltages)
     step, count = n / log.rate_hz, len(voltages)
     angles = log.angles if n == 1 else log.angles[: count * n].reshape(count, n, -1).mean(1)
     time = np.arange(count, dtype=np.float64) * step
-    rests, held = find_rests(angles, step, rig.resolution)
-    moves, begun = (~(rests | held)).astype(float), rig.initial_state(angles, voltages, step)
+    moves, begun = ~find_rests(angles, step, rig.resolution), rig.initial_state(angles, voltages, step)
+    for axis in rig.carried:
+        lies = ~moves[:, axis] & (angles[:, axis] - angles[:, axis].min() <= 1.5 * rig.resolution[axis])
+        past = round((SETTLING + 0.25) / step)  # a rest is seen to within a quarter of a second
+        moves[:, axis] &= ~maximum_filter1d(lies, past + 1, origin=past // 2, mode="constant")
     inputs, angles = np.ascontiguousarray(voltages), np.ascontiguousarray(angles)
-    return Record(log.name, step, time, inputs, angles, moves, begun).mark(log.events, rig.axes, settled)
+    return Record(log.name, step, time, inputs, angles, moves.astype(float), begun).mark(log.events, rig.axes, settled)
 
 
-def find_rests(angles: Array, step: float, resolution: Array) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Find where angles (N, a) rest, and where they are held at an end of their way and while the filter settles."""
+def find_rests(angles: Array, step: float, resolution: Array) -> NDArray[np.bool_]:
+    """Find where angles (N, a) stay within 1.5 counts for .5 s."""
     width = round(0.5 / step) | 1
-    past = round(SETTLING / step) + width // 2
-    rests = maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0) <= 1.5 * resolution
-    at_end = np.minimum(angles - angles.min(0), angles.max(0) - angles) <= 1.5 * resolution
-    return rests, maximum_filter1d(rests & at_end, past + 1, axis=0, origin=past // 2, mode="constant")
+    span = maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0)
+    return np.asarray(span <= 1.5 * resolution)
 
 
 def records_of(logs: Sequence[Log], rig: Any, settled: bool = False) -> tuple[Record, ...]:
     """Prepare the logs of a rig; an axis that rests in most of the samples counts nowhere, it is left to its priors."""
     records = [record_of(log, rig, settled) for log in logs]
-    rests = [find_rests(r.angles, r.step, rig.resolution)[0][r.time > SETTLING] for r in records]
+    rests = [find_rests(r.angles, r.step, rig.resolution)[r.time > SETTLING] for r in records]
     moving = 1.0 - np.vstack(rests).mean(0)
     for record in records:
         record.weights[:, moving < 0.5] = 0.0
