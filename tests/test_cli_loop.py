@@ -97,7 +97,7 @@ def test_the_unit_repeats_the_free_run_at_any_rate_of_the_log_and_is_delivered_o
         assert np.abs(unit_run(corrected_unit, series) - angles).max() < 1e-12
     check_free_run(corrected_unit, example_diagnosis())
     other = build("HelicopterPlant", tmp_path, {"pitch.damping": BEFORE.a_wx})
-    with pytest.raises(IdentifierError, match="free run of the pitch"):
+    with pytest.raises(IdentifierError, match="free run on run is off"):
         check_free_run(other, example_diagnosis())
 
 

@@ -48,7 +48,7 @@ def test_every_public_name_is_found_and_documented_and_every_result_is_frozen_an
         "Identification": hi.identify(log),
     }.items():
         assert len(repr(result)) < 200, name
-        assert 1 < len(result.summary().splitlines()) < 50
+        assert 1 < len(result.summary().splitlines()) < 80
         assert Page(result._repr_html_()).open == []
         assert json.dumps(result.to_dict(), allow_nan=False)
         with pytest.raises(FrozenInstanceError):

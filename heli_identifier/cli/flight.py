@@ -79,7 +79,7 @@ def conclude_flight(session: Session, folder: Path, configuration: hi.RigConfigu
         limits = hi.LogFormat(voltage_limit=of_rig.voltage_limit, encoder_counts=of_rig.encoder_counts)
         of_recording = replace(configuration, format=limits)
         try:
-            diagnosis, *_ = diagnose_paths((path,), (), of_recording, folder / DIAGNOSIS, start, end)
+            diagnosis = diagnose_paths((path,), (), of_recording, folder / DIAGNOSIS, start, end)
             terminal.print_diagnosis(diagnosis)
         except IdentifierError as error:
             warn(f"the recording cannot be diagnosed: {error}")

@@ -42,8 +42,7 @@ def diagnose(
     flight = f"{output} holds a flight, {RECORDED}, and a diagnosis would replace files of it; name another folder."
     refuse((output / RECORDED).exists(), flight)
     configuration = args.find_configuration(config)
-    way = " (name another log with --validate)"
-    diagnosis, *_ = diagnose_paths(logs, validate, configuration, output, start, end, way, keep_events, native)
+    diagnosis = diagnose_paths(logs, validate, configuration, output, start, end, keep_events, native)
     terminal.print_diagnosis(diagnosis, verbose, json)
     terminal.note_written(output, (*results.RESULTS, results.NATIVE_PLANT) if native else results.RESULTS)
     if native:
@@ -57,19 +56,15 @@ def diagnose_paths(
     output: Path,
     start: float | None = None,
     end: float | None = None,
-    way: str = "",
     keep_events: bool = False,
     native: bool = False,
-) -> "tuple[hi.Diagnosis, tuple[hi.Log, ...], tuple[hi.Log, ...]]":
-    """Diagnose a rig and write the results; give the diagnosis, the training logs and the held-out logs.
-
-    ``way`` says how to hold out other logs; it is printed if no log was named for that.
-    """
+) -> "hi.Diagnosis":
+    """Diagnose a rig and write the results."""
     with results.write_whole_folder(output, (results.NATIVE_PLANT,)) as draft:
         logs = hi.read_data_set(paths, validate, configuration.format, start, end)
         training, held_out, split_note = tools.split_logs(*logs)
         if split_note:
-            note(split_note + way)
+            note(split_note)
         print_notes((*training, *held_out))
         settings = replace(hi.DiagnosisSettings.from_rig(configuration), keep_events=keep_events)
         with progress_bar() as bar:
@@ -78,7 +73,7 @@ def diagnose_paths(
             )
             bar("building and running the corrected unit", 0.9)
             results.write_results(diagnosis, configuration.name, draft, native)
-    return diagnosis, training, held_out
+    return diagnosis
 
 
 def look(

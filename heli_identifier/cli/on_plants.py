@@ -17,10 +17,7 @@ from heli_plant.parameters import PlantParameters
 from heli_plant.state_feedback import FeedbackSettings
 
 
-def effects(
-    json: bool = args.JSON,
-    verbose: bool = args.VERBOSE,
-) -> None:
+def effects(json: bool = args.JSON, verbose: bool = args.VERBOSE) -> None:
     """List every effect that a model may lack: its law, unit, plausible range and source."""
     document, rows = [], []
     for effect in CATALOGUE:

@@ -113,7 +113,8 @@ def demo(output: Path = args.folder("build")) -> None:
     for rig in rigs:
         typer.echo(f"\n{rig}: reading its logs and looking for what the model lacks")
         folder = output / "demo" / rig
-        diagnosis, training, held_out = diagnose_paths(*records.demo_files(rig), hi.RigConfiguration(name=rig), folder)
+        training, held_out = records.demo_files(rig)
+        diagnosis = diagnose_paths(training, held_out, hi.RigConfiguration(name=rig), folder)
         typer.echo(f"{rig}: {len(training)} logs fitted, {len(held_out)} held out")
         terminal.print_diagnosis(diagnosis)
         typer.echo(f"report: {folder / 'report.html'}  corrected plant: {folder / 'HelicopterPlant.fmu'}")

@@ -8,13 +8,14 @@ says so at its end. A character that the encoding lacks is replaced by a similar
 import codecs
 import io
 import os
-import re
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from json import dumps
+from math import inf
 from pathlib import Path
-from typing import Any, Literal
+from shutil import get_terminal_size
+from typing import Any
 
 import typer
 
@@ -23,7 +24,7 @@ from heli_identifier import records, results
 from heli_identifier.errors import printable
 from heli_identifier.processes import undo_at_end
 
-_SIMILAR = {"−": "-", "–": "-", "→": "->", "²": "^2", "±": "+-", "Γ": "Gamma"}
+_SIMILAR = {"−": "-", "–": "-", "→": "->", "²": "^2", "±": "+-", "Γ": "Gamma", "─": "-"}
 """Replacements of characters that an encoding lacks: a minus must not become a question mark."""
 
 
@@ -100,62 +101,16 @@ def print_notes(logs: "Sequence[hi.Log]") -> None:
             warn(f"{log.path}: {text}: `heli init LOG` writes a heli.toml with the columns and signs that fit")
 
 
-_INTERVAL = re.compile(r" ± [^ ]+| \([^()]* to [^()]*\)| \(±[^()]*\)")
-
-UNBOUNDED = 10_000
-"""Width of a table in a file or a pipe: no cell is broken, so that a search finds its text."""
-
-
 def print_table(table: "results.Table", intervals: bool = True) -> None:
-    """Print a table with its remarks; a column of figures is aligned at the right.
+    """Print a table with its remarks; on a terminal its cells break at spaces, in a file or a pipe nowhere.
 
-    On a terminal that is too narrow, figures lose their intervals unless ``intervals``. If it is still too narrow,
-    heads and prose break at spaces; then columns are divided into parts, each with the first columns, which name the
-    rows.
+    On a terminal that is too narrow, figures lose their intervals unless ``intervals``.
     """
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table as Printed
-
-    console = Console(highlight=False, markup=False, width=None if sys.stdout.isatty() else UNBOUNDED)
-    title, columns = table.title, list(zip(table.columns, *table.rows, strict=True))
-    if not intervals and _table_width([max(map(len, column)) for column in columns]) > console.width:
-        title = _INTERVAL.sub("", title)
-        columns = [tuple(_INTERVAL.sub("", cell) for cell in column) for column in columns]
-    least = []  # widths at which no figure and no word is broken
-    for (head, *cells), figure in zip(columns, table.figures, strict=True):
-        words = [*head.split(), *(cells if figure else " ".join(cells).split())]
-        least.append(min(max(map(len, words), default=0), console.width // 2))
-    first = 1 if len(set(columns[0][1:])) == len(table.rows) else 2
-    console.print(results.typeset(title), style="bold")
-    for part in _divide_columns(least, first, console.width):
-        printed = Printed(box=box.SIMPLE_HEAD, pad_edge=False)
-        widths = {k: max(map(len, columns[k])) for k in part}
-        while _table_width(widths.values()) > console.width and (wide := [k for k in part if widths[k] > least[k]]):
-            widths[max(wide, key=widths.__getitem__)] -= 1
-        for k, width in widths.items():
-            justify: Literal["right", "left"] = "right" if table.figures[k] else "left"
-            printed.add_column(columns[k][0], justify=justify, width=width, overflow="fold")
-        for row in zip(*(columns[k][1:] for k in part), strict=True):
-            printed.add_row(*row)
-        console.print(printed)
-    for text in table.remarks:
-        typer.echo(results.typeset(text))
-
-
-def _divide_columns(widths: Sequence[int], first: int, width_limit: int) -> list[list[int]]:
-    """Divide columns into parts of at most ``width_limit``; each part begins with the ``first`` columns."""
-    parts = [[*range(first)]]
-    for k in range(first, len(widths)):
-        if len(parts[-1]) > first and _table_width([widths[column] for column in (*parts[-1], k)]) > width_limit:
-            parts.append([*range(first)])
-        parts[-1].append(k)
-    return parts
-
-
-def _table_width(columns: Collection[int]) -> int:
-    """Return the width of a printed table whose columns have these widths."""
-    return sum(columns) + 3 * (len(columns) - 1) + 2
+    width = get_terminal_size().columns if sys.stdout.isatty() else inf
+    if not intervals and max(map(len, table._replace(remarks=()).text().splitlines())) > width:
+        table = table.without_intervals()
+    typer.secho(results.typeset(table.title), bold=True)
+    typer.echo(table.text(width))
 
 
 def print_answer(

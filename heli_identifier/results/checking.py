@@ -122,20 +122,8 @@ def check(logs: LogSource | Sequence[LogSource], parameters: ParameterSource, fa
     the diagnosis, voltages answer the air, and the error .2 s ahead is judged instead. An axis that the diagnosis calls
     not usable is not judged.
 
-    Parameters
-    ----------
-    logs : Log, path of one, or sequence of them
-        Logs of the same rig.
-    parameters : ParameterSet, Diagnosis, or path of a parameters.json
-        Those of the diagnosis that states the expected error.
-    factor : float
-        Error that is allowed, as a multiple of the expected one.
-
-    Raises
-    ------
-    ConfigurationError
-        The parameters are not those of a plant, come with no error on held-out logs, or have no usable axis; or the
-        factor is not positive.
+    ConfigurationError if the parameters are not those of a plant, come with no error on held-out logs, or have no
+    usable axis; or if the factor is not positive.
     """
     expected = parameter_set(parameters)
     used = read_logs(logs)

@@ -80,22 +80,11 @@ def compare(
     second: Diagnosis | str | PathLike[str],
     logs: LogSource | Sequence[LogSource] = (),
 ) -> Comparison:
-    """Compare two diagnoses, of one rig at two times or of two rigs.
+    """Compare two diagnoses, of one rig at two times or of two rigs; a path is the folder that `heli diagnose` wrote.
 
-    Parameters
-    ----------
-    first, second : Diagnosis or path
-        A diagnosis, or the folder that `heli diagnose` wrote.
-    logs : Log, path, or sequence of them
-        Logs on which both plants are to predict: 1 s ahead, or .2 s where a controller flew the logs of a diagnosis,
-        since voltages then answer the air.
-
-    Raises
-    ------
-    ConfigurationError
-        A folder does not hold a diagnosis.
-    LogError
-        A log cannot be read, or is too short for a prediction over 1 s.
+    Both plants predict the ``logs``: 1 s ahead, or .2 s where a controller flew the logs of a diagnosis, since voltages
+    then answer the air. ConfigurationError if a folder does not hold a diagnosis, LogError if a log cannot be read or
+    is too short.
     """
     names, documents, plants = zip(*map(_open_diagnosis, (first, second), ("first", "second")), strict=True)
     if names[0] == names[1]:

@@ -49,26 +49,12 @@ def diagnose(
 ) -> Diagnosis:
     """Find what the simplified model of one rig lacks, and compare the corrected model with it on held-out logs.
 
-    Parameters
-    ----------
-    logs : Log, path, or several
-        Training logs: models are fitted to them and effects are searched in them.
-    held_out : Log, path, or several
-        Further logs of the same rig, which decide nothing; errors are computed on them.
-    settings : DiagnosisSettings, optional
-        What is given of the rig; by default the configuration that all training logs were read with says it.
-    progress : callable, optional
-        Called with what is being done and the share that is done.
+    Models are fitted to the training ``logs``, and effects are searched in them. The logs ``held_out`` decide nothing;
+    errors are computed on them. ``settings`` say what is given of the rig; by default the configuration that all
+    training logs were read with says it. ``progress`` is called with what is being done and the share that is done.
 
-    Returns
-    -------
-    Diagnosis
-
-    Raises
-    ------
-    LogError
-        Nothing is excited, an axis stands still in a log, some training logs are mirror images of the others, no log is
-        held out, two logs share samples, or a log is too short.
+    LogError if nothing is excited, an axis stands still in a log, some training logs are mirror images of the others,
+    no log is held out, two logs share samples, or a log is too short.
     """
     start = perf_counter()
     training = read_logs(logs)

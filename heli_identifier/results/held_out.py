@@ -24,8 +24,8 @@ Source of the test for whiteness: Ljung and Box 1978, eq. (1.2).
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from dataclasses import replace
+from functools import partial
 from math import log, nan, pi
 
 import numpy as np
@@ -88,43 +88,58 @@ def compare(
     rig, records = after.likelihood.rig, _records(before, after, logs)
     mended = [undo_in_log(after.likelihood.faults, log, after.parameters.v_max) for log in logs]
     starts = [rig.initial_state(log.angles, log.voltages, log.step) for log in mended]
-    first, second = (_HeldOutRuns.of(Model.of(fitted), records, mended, starts) for fitted in (before, after))
-    models, judged = {"before": first, "after": second}, "ahead_200ms" if closed_loop else "prediction_1s"
-    angle_changes = [run.measured(0.2) - run.record.angles[run.at] for run in second.runs]
+    models = {"before": Model.of(before), "after": Model.of(after)}
+    found = {name: [likelihood_of(model, record) for record in records] for name, model in models.items()}
+    runs = {name: [run for run, _ in of_model] for name, of_model in found.items()}
+    free_runs = {
+        name: [model.rig.simulate(log.voltages, log.step, start, model.parameters)
+               for log, start in zip(mended, starts, strict=True)]
+        for name, model in models.items()
+    }  # fmt: skip
+    errors, ours = {name: _errors(of_model) for name, of_model in runs.items()}, runs["after"]
+    angle_changes = [run.measured(0.2) - run.record.angles[run.at] for run in ours]
     angle_stays_200ms = rms_figures(angle_changes, SPACING, "error .2 s ahead")
-    stretches, controlled = _fly_again(models, logs, angle_stays_200ms) if closed_loop else ({}, False)
+    ahead = errors["after"]["ahead_200ms"]
+    stretches, controlled = _fly_again(runs, logs, ahead, angle_stays_200ms) if closed_loop else ({}, False)
     if controlled:
         for name, of_model in stretches.items():
-            models[name].errors["closed_loop_3s"] = _thin_errors(of_model, records)
-    errors = {name: runs.figures() for name, runs in models.items()}
-    change = {name: change_figures(first.errors[name], second.errors[name], SPACING) for name in first.errors}
-    residuals = {name: [_standardise(run, second.model) for run in runs.runs] for name, runs in models.items()}
-    floor, air = second.noise_floor(), after.air()
-    moved = [(run.measured(1.0) - run.motion[:, :3], run.motion[:, 3:]) for run in second.runs]
+            errors[name]["closed_loop_3s"] = _thin_errors(of_model, records)
+    figures, steps = {}, [log.step for log in mended]
+    for name, model in models.items():
+        free = [log.angles - angles for log, angles in zip(mended, free_runs[name], strict=True)]
+        figures[name] = _figures(model, errors[name], free, steps)
+    change = {
+        name: change_figures(of_before, errors["after"][name], SPACING) for name, of_before in errors["before"].items()
+    }
+    residuals = {name: [_standardise(run, models["after"]) for run in of_model] for name, of_model in runs.items()}
+    floor, air = _noise_floor(models["after"], ours), after.air()
+    moved = [(run.measured(1.0) - run.motion[:, :3], run.motion[:, 3:]) for run in ours]
     angle_stays = rms_figures([angles for angles, _ in moved], SPACING, "error 1 s ahead")
     rate_stays = rms_figures([angles - rates for angles, rates in moved], SPACING, "error 1 s ahead")
-    axes = {}
+    axes, judged = {}, "ahead_200ms" if closed_loop else "prediction_1s"
     for i, axis in enumerate(rig.axes):
-        error, gain, weights = errors["after"][i], rig.gains[i], [record.weights[:, i] for record in records]
+        error, gain, weights = figures["after"][i], rig.gains[i], [record.weights[:, i] for record in records]
         bare = angle_stays_200ms[i].value if closed_loop else min(angle_stays[i].value, rate_stays[i].value)
         lifts, reached = gain in rig.positive_gains, getattr(error, judged).value
         use, why = judge_use(gain, reports.get(gain), reached, bare, HORIZONS[judged], lifts)
         p = {name: _ljung_box_p([z[:, i] for z in of_model], weights, records[0].step)
              for name, of_model in residuals.items()}  # fmt: skip
         axes[axis] = AxisReport(
-            errors["before"][i], error, floor[i], angle_stays[i], rate_stays[i], p, float(air[0, i]), float(air[1, i]),
-            float(second.model.encoder_noise[i]), use, why, {name: figures[i] for name, figures in change.items()},
+            figures["before"][i], error, floor[i], angle_stays[i], rate_stays[i], p, float(air[0, i]), float(air[1, i]),
+            float(models["after"].encoder_noise[i]), use, why, {name: by_axis[i] for name, by_axis in change.items()},
         )  # fmt: skip
     series = tuple(
         HeldOutSeries(
-            log, {name: runs.free_runs[i] for name, runs in models.items()},
+            log, {name: of_model[i] for name, of_model in free_runs.items()},
             dict(zip(rig.state, map(float, starts[i]), strict=True)),
             {name: of_model[i] for name, of_model in residuals.items()}, records[i].step,
             {name: _join_stretches(records[i], *of_model[i]) for name, of_model in stretches.items() if i in of_model},
         )
         for i, log in enumerate(mended)
     )  # fmt: skip
-    return axes, _likelihood(first, second), series
+    steps = [record.step for record in records]
+    densities = {name: [density for _, density in of_model] for name, of_model in found.items()}
+    return axes, _likelihood(densities["before"], densities["after"], steps), series
 
 
 def _records(before: Fit, after: Fit, logs: Sequence[Log]) -> tuple[Record, ...]:
@@ -134,65 +149,34 @@ def _records(before: Fit, after: Fit, logs: Sequence[Log]) -> tuple[Record, ...]
     return tuple(undo_in_record(likelihood.faults, record) for record in records)
 
 
-@dataclass(frozen=True, eq=False)
-class _HeldOutRuns:
-    """One model along all held-out logs."""
+def _figures(
+    model: Model, errors: Mapping[str, Sequence[Array]], free: Sequence[Array], steps: Sequence[float]
+) -> list[AxisError]:
+    """Return figures by axis of errors ahead, and of the errors of free runs: None where the axis is not stable."""
+    stable = model.rig.stable(model.parameters)
+    figures: dict[str, Sequence[ErrorFigure | None]] = {}
+    for name, of_logs in errors.items():
+        known = any(map(len, of_logs))
+        nothing = [ErrorFigure(0.0, 0.0, 0.0)] * len(stable)
+        figures[name] = rms_figures(of_logs, SPACING, f"error {AHEAD[name]}") if known else nothing
+    finite = all(np.isfinite(run).all() for run in free)
+    of_free = rms_figures(free, steps) if finite else [None] * len(stable)
+    figures["free_run"] = [figure if ok else None for figure, ok in zip(of_free, stable, strict=True)]
+    by_axis = zip(*figures.values(), strict=True)
+    return [AxisError(**dict(zip(figures, of_axis, strict=True))) for of_axis in by_axis]
 
-    model: Model
-    logs: Sequence[Log]
-    runs: list[Run]
-    densities: list[Array]
-    """Log-density (N,) of every sample [nats]."""
-    free_runs: list[Array]
-    """Angles (N, a) [rad] of the plant alone under the voltages, at the rate of the log."""
 
-    @classmethod
-    def of(
-        cls, model: Model, records: Sequence[Record], logs: Sequence[Log], starts: Sequence[Array]
-    ) -> "_HeldOutRuns":
-        """Run a model along the logs; ``starts`` are the states of the plant at their first samples."""
-        found = [likelihood_of(model, record) for record in records]
-        free_runs = [model.rig.simulate(log.voltages, log.step, start, model.parameters)
-                     for log, start in zip(logs, starts, strict=True)]  # fmt: skip
-        return cls(model, logs, [run for run, _ in found], [density for _, density in found], free_runs)
-
-    @cached_property
-    def errors(self) -> dict[str, list[Array]]:
-        """Errors ahead (S, a) [rad] of every log by the name of the figure."""
-        return _errors(self.runs)
-
-    def figures(self) -> list[AxisError]:
-        """Return the figures by axis."""
-        free = [log.angles - angles for log, angles in zip(self.logs, self.free_runs, strict=True)]
-        return self._figures(self.errors, free, [log.step for log in self.logs])
-
-    def noise_floor(self) -> list[AxisError]:
-        """Return the plant's figures by axis on records that it simulates; zero (no bound) if it ran away."""
-        rig, p, simulated, free = self.model.rig, self.model.parameters, list[Run](), list[Array]()
-        for seed, run in enumerate(self.runs):
-            simulated_run, r = simulate_record(run, seed), run.aligned
-            simulated += [simulated_run] if simulated_run else []
-            torque, noise = self.model.noise(run.record, seed)
-            with np.errstate(invalid="ignore"):  # the error of a run that runs away is not a number
-                driven = rig.simulate(r.inputs, r.step, r.start, p, run.offset + torque)
-                free.append(driven + noise - rig.simulate(r.inputs, r.step, r.start, p))
-        return self._figures(_errors(simulated), free, [run.record.step for run in self.runs])
-
-    def _figures(
-        self, errors: Mapping[str, Sequence[Array]], free: Sequence[Array], steps: Sequence[float]
-    ) -> list[AxisError]:
-        """Return figures by axis of errors ahead, and of free runs: None where the axis is not stable."""
-        stable = self.model.rig.stable(self.model.parameters)
-        figures: dict[str, Sequence[ErrorFigure | None]] = {}
-        for name, of_logs in errors.items():
-            known = any(map(len, of_logs))
-            nothing = [ErrorFigure(0.0, 0.0, 0.0)] * len(stable)
-            figures[name] = rms_figures(of_logs, SPACING, f"error {AHEAD[name]}") if known else nothing
-        finite = all(np.isfinite(run).all() for run in free)
-        of_free = rms_figures(free, steps) if finite else [None] * len(stable)
-        figures["free_run"] = [figure if ok else None for figure, ok in zip(of_free, stable, strict=True)]
-        by_axis = zip(*figures.values(), strict=True)
-        return [AxisError(**dict(zip(figures, of_axis, strict=True))) for of_axis in by_axis]
+def _noise_floor(model: Model, runs: Sequence[Run]) -> list[AxisError]:
+    """Return the plant's figures by axis on records that it simulates; zero (no bound) if it ran away."""
+    rig, p, simulated, free = model.rig, model.parameters, list[Run](), list[Array]()
+    for seed, run in enumerate(runs):
+        simulated_run, r = simulate_record(run, seed), run.aligned
+        simulated += [simulated_run] if simulated_run else []
+        torque, noise = model.noise(run.record, seed)
+        with np.errstate(invalid="ignore"):  # the error of a run that runs away is not a number
+            driven = rig.simulate(r.inputs, r.step, r.start, p, run.offset + torque)
+            free.append(driven + noise - rig.simulate(r.inputs, r.step, r.start, p))
+    return _figures(model, _errors(simulated), free, [run.record.step for run in runs])
 
 
 def _errors(runs: Sequence[Run]) -> dict[str, list[Array]]:
@@ -205,22 +189,22 @@ _Stretches = dict[int, tuple[list[int], Array]]
 
 
 def _fly_again(
-    models: Mapping[str, _HeldOutRuns], logs: Sequence[Log], angle_stays: Sequence[ErrorFigure]
+    runs: Mapping[str, Sequence[Run]], logs: Sequence[Log], ahead: Sequence[Array], angle_stays: Sequence[ErrorFigure]
 ) -> tuple[dict[str, _Stretches], bool]:
     """Let plant and recovered controller fly again; without a controller, 1 s under the measured voltages.
 
-    All axes fly together. An axis with an error .2 s ahead as large as ``angle_stays``, that of a constant angle, would
-    spoil the others: then no controller flies. Whether one flew is returned as well.
+    All axes fly together. An axis whose error .2 s ahead, of ``ahead``, is as large as ``angle_stays``, that of a
+    constant angle, would spoil the others: then no controller flies. Whether one flew is returned as well.
     """
-    ahead = rms_figures(models["after"].errors["ahead_200ms"], SPACING, "error .2 s ahead")
-    if all(figure.value < bare.value for figure, bare in zip(ahead, angle_stays, strict=True)):
+    figures = rms_figures(ahead, SPACING, "error .2 s ahead")
+    if all(figure.value < bare.value for figure, bare in zip(figures, angle_stays, strict=True)):
         laws = {i: law for i, law in enumerate(controllers_of(logs)) if len(law) == len(CHANNELS)}
         answers = {i: partial(answer_deviation, law) for i, law in laws.items()}
-        flown = {name: {i: m.runs[i].fly_again(STRETCH, a) for i, a in answers.items()} for name, m in models.items()}
+        flown = {name: {i: r[i].fly_again(STRETCH, a) for i, a in answers.items()} for name, r in runs.items()}
         errors = [e for of_model in flown.values() for _, e in of_model.values() if len(e)]
         if errors and all(np.isfinite(e).all() for e in errors):
             return flown, True
-    return {name: {i: run.fly_again(1.0) for i, run in enumerate(m.runs)} for name, m in models.items()}, False
+    return {name: {i: run.fly_again(1.0) for i, run in enumerate(r)} for name, r in runs.items()}, False
 
 
 def _thin_errors(flown: _Stretches, records: Sequence[Record]) -> list[Array]:
@@ -259,12 +243,11 @@ def _ljung_box_p(white: Sequence[Array], weights: Sequence[Array], step: float) 
     return float(chdtrc(lags, (n + 2.0) / n * float(((products / square) ** 2 / np.maximum(pairs, 1.0)).sum())))
 
 
-def _likelihood(before: _HeldOutRuns, after: _HeldOutRuns) -> HeldOutLikelihood:
-    """Compare the log-densities of two models, sample by sample."""
-    steps = [run.record.step for run in before.runs]
-    seconds = sum(len(density) * h for density, h in zip(before.densities, steps, strict=True))
-    totals = [sum(float(density.sum()) for density in model.densities) for model in (before, after)]
-    gains = [(new - old)[:, None] for old, new in zip(before.densities, after.densities, strict=True)]
+def _likelihood(before: Sequence[Array], after: Sequence[Array], steps: Sequence[float]) -> HeldOutLikelihood:
+    """Compare the log-densities (N,) of two models on every log, sample by sample."""
+    seconds = sum(len(density) * h for density, h in zip(before, steps, strict=True))
+    totals = [sum(float(density.sum()) for density in densities) for densities in (before, after)]
+    gains = [(new - old)[:, None] for old, new in zip(before, after, strict=True)]
     (gain,) = bootstrap(gains, steps, after=lambda mean: mean * sum(map(len, gains)))
     return HeldOutLikelihood(seconds, totals[0] / seconds, totals[1] / seconds, gain)
 

@@ -66,18 +66,8 @@ def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfigurati
     """Look at logs of one rig before they are diagnosed: who flew, what moved, which gains they determine.
 
     The gains come from one likelihood of the innovations at the logs' rate, with a torque of the air that is estimated,
-    and are judged by instruments made of what moved the rig from outside.
-
-    Parameters
-    ----------
-    logs : Log, path of one, or sequence of them
-    configuration : RigConfiguration, optional
-        What is known of the rig; by default that of the logs.
-
-    Raises
-    ------
-    LogError
-        Nothing is excited, or an axis stands still in a log.
+    and are judged by instruments made of what moved the rig from outside. The ``configuration`` is by default that of
+    the logs. LogError if nothing is excited, or an axis stands still in a log.
     """
     used = read_logs(logs)
     rig_of_logs = configuration or common_configuration(used) or RigConfiguration()

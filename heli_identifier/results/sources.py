@@ -31,17 +31,9 @@ def to_plant(source: PlantSource) -> PlantParameters:
 def read_parameters(path: str | PathLike[str]) -> ParameterSet:
     """Read a parameters.json, and check that its values are parameters of the unit that it names.
 
-    Parameters
-    ----------
-    path : path
-        As `heli diagnose`, `heli identify` or `heli design-controller` writes it.
-
-    Raises
-    ------
-    ConfigurationError
-        The file cannot be read, is no JSON or not of the schema, an entry is missing, of the wrong type or
-        not finite, a plant's parameter is missing, or the unit has no such parameter, states it in another unit or does
-        not take its value; file and entry are named.
+    A ConfigurationError names file and entry: the file cannot be read, is no JSON or not of the schema, an entry is
+    missing, of the wrong type or not finite, a plant's parameter is missing, or the unit has no such parameter, states
+    it in another unit or does not take its value.
     """
     parameters = read_document(path, ParameterSet)
     if joint := parameters.covariance:

@@ -2,20 +2,25 @@
 
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from itertools import zip_longest
+from math import inf
+from textwrap import wrap
 from typing import Any, NamedTuple
 
 from heli_identifier import results, tracing  # the templates of results are loaded when a page is made
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results import words
 from heli_identifier.results.diagnosis import Diagnosis
-from heli_identifier.results.documents import numbers_of, to_json_value
+from heli_identifier.results.documents import to_json_value
 from heli_identifier.tracing import CurveShape, Determination, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
 
 _NUMBER_CELL = re.compile(r"[+−-]?\.?\d[\d., ]*(e[-+]?\d+)?( .*|%)?|–|")
 """A cell in a column of figures: a number, also with a text after a space, a dash, or nothing."""
+_INTERVAL = re.compile(r" ± [^ ]+| \([^()]* to [^()]*\)| \(±[^()]*\)")
+"""The interval of a figure, behind it."""
 
 
 class Table(NamedTuple):
@@ -31,12 +36,31 @@ class Table(NamedTuple):
         """Whether each column holds figures, which are aligned at the right."""
         return [all(_NUMBER_CELL.fullmatch(row[k]) for row in self.rows) for k in range(len(self.columns))]
 
-    def text(self) -> str:
-        """Return heads and cells as lines of plain text, aligned at the left, and the sentences below."""
-        lines = [self.columns, *self.rows]
-        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        padded = (map(str.ljust, line, widths) for line in lines)
-        return "\n".join([*("  ".join(cells).rstrip() for cells in padded), *map(words.typeset, self.remarks)])
+    def text(self, width: float = inf) -> str:
+        """Return heads, cells and the sentences below as lines of plain text.
+
+        Cells break at spaces as far as ``width`` asks for it; words do not break, so many columns may be wider.
+        """
+        columns = list(zip(self.columns, *self.rows, strict=True))
+        widths = [max(map(len, column)) for column in columns]
+        least = [max(map(len, " ".join(column).split())) for column in columns]
+        while sum(widths) + 3 * len(widths) > width and (wide := [k for k, w in enumerate(widths) if w > least[k]]):
+            widths[max(wide, key=widths.__getitem__)] -= 1
+        figures, lines = self.figures, []
+        for row in (self.columns, *self.rows):
+            cells = [wrap(cell, size, break_on_hyphens=False) for cell, size in zip(row, widths, strict=True)]
+            for parts in zip_longest(*cells, fillvalue=""):
+                sized = zip(parts, widths, figures, strict=True)
+                padded = [part.rjust(size) if right else part.ljust(size) for part, size, right in sized]
+                lines.append(f" {'   '.join(padded)}".rstrip())
+            if row is self.columns:
+                lines.append(f" {'─' * (sum(widths) + 3 * len(widths) - 3)}")
+        return "\n".join(["", *lines, "", *map(words.typeset, self.remarks)])
+
+    def without_intervals(self) -> "Table":
+        """Return the table with figures alone."""
+        columns, *rows = [[_INTERVAL.sub("", cell) for cell in row] for row in (self.columns, *self.rows)]
+        return Table(_INTERVAL.sub("", self.title), columns, rows, self.remarks)
 
     def __html__(self) -> str:
         """Return a ``<table>`` element for pages."""
@@ -78,18 +102,16 @@ GAIN_OF = dict(zip(AXES, GAINS, strict=True))
 
 def error_table(diagnosis: Diagnosis) -> Table:
     """Return a row per axis and kind of error, with intervals; predictions without a model are those over 1 s."""
-    # under a controller the errors that its voltages answer do not lead
-    leading = ("ahead_100ms", "ahead_200ms", "closed_loop_3s") if diagnosis.closed_loop else ()
     rows = []
     for axis, report in diagnosis.axes.items():
-        for field in dict.fromkeys((*leading, *words.AHEAD)):
+        for field, ahead in words.AHEAD.items():
             figures = [getattr(errors, field) for errors in (report.before, report.after, report.noise_floor)]
             if figures[0] or figures[1]:
                 bare = (report.angle_stays, report.rate_stays) if field == "prediction_1s" else (None, None)
                 cells = (*map(words.angle_value, bare), *map(words.angle_text, figures))
-                rows.append((axis, words.AHEAD[field], *cells))
+                rows.append((axis, ahead, *cells))
     columns = ("axis", "error [mrad]", "angle stays", "rate stays", "before", "after", "noise floor")
-    return Table("Error on held-out logs", columns, rows)
+    return Table("Error on held-out logs", columns, rows, [words.held_out_sentence(diagnosis)])
 
 
 def gain_cells(report: ParameterReport | None, given: Estimate | None = None) -> tuple[str, str, str]:
@@ -126,8 +148,7 @@ def parameter_table(diagnosis: Diagnosis) -> Table:
         slope = " at 0 V" if name in GAINS else ""
         rows.append((name, words.label_parameter(name, value) + slope, old, new, words.unit_text(value.unit)))
     columns = ("parameter", "meaning", "before", "after", "unit")
-    title = "Parameters (± the half-width of the 95 % interval: 1.96 standard errors)"
-    return Table(title, columns, rows, [words.held_out_sentence(diagnosis)])
+    return Table("Parameters (± the half-width of the 95 % interval: 1.96 standard errors)", columns, rows)
 
 
 def effect_table(diagnosis: Diagnosis) -> Table:
@@ -146,7 +167,7 @@ def effect_table(diagnosis: Diagnosis) -> Table:
 
 
 def catalogue_table(diagnosis: Diagnosis) -> Table:
-    """Return a row per entry of the catalogue."""
+    """Return a row per entry of the catalogue; below it why an effect could not be tested or is not shown."""
     columns = ("effect", "verdict", "coefficient", "unit", "bound", "score", "visibility")
     rows = [
         (
@@ -161,45 +182,25 @@ def catalogue_table(diagnosis: Diagnosis) -> Table:
         for entry in diagnosis.catalogue
     ]
     share = "visibility: share of an effect's signature that no change of the fitted parameters could imitate"
-    return Table("Every effect of the catalogue", columns, rows, [share, *list_reasons(diagnosis)])
-
-
-def list_reasons(diagnosis: Diagnosis) -> list[str]:
-    """Say why an effect could not be tested, or is not shown although its score is high."""
     needed = diagnosis.settings["score_needed_certain"]
-    return [
+    reasons = (
         f"{words.effect_name(entry.name, entry.axis)}: {entry.why}"
         for entry in diagnosis.catalogue
         if entry.verdict == Verdict.NOT_TESTABLE or (entry.verdict == Verdict.NOT_SHOWN and entry.score > needed)
-    ]
+    )
+    return Table("Every effect of the catalogue", columns, rows, [share, *reasons])
 
 
-def log_table(diagnosis: Diagnosis) -> Table:
-    """Return a row per log."""
-    columns = ("file", "used for", "samples", "rate [Hz]", "SHA-256")
-    rows = [(e.file, e.used_for, str(e.samples), words.to_digits(e.rate_hz), e.sha256[:16]) for e in diagnosis.data]
-    return Table("Logs", columns, rows)
-
-
-def setting_table(diagnosis: Diagnosis) -> Table:
-    """Return every setting that has a value under its key in diagnosis.json, then command, date and versions."""
-    settings, provenance = numbers_of(to_json_value(diagnosis.settings)), diagnosis.provenance
-    rows = [(key, words.to_digits(value)) for key, value in settings]
-    rows.append(("command", str(provenance.get("command", ""))))
-    rows.append(("date", f"{provenance.get('date', '')}, {words.to_digits(diagnosis.seconds, 2)} s"))
-    return Table("Settings", ("setting", "value"), [*rows, *provenance.get("versions", {}).items()])
-
-
-def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> Iterator[Table]:
+def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> list[Table]:
     """Return the tables of a diagnosis, with ``everything`` also the one of the catalogue."""
     named = (effect_table,) if diagnosis.effects or diagnosis.possible else ()
     last = (catalogue_table,) if everything else ()
-    yield from (make(diagnosis) for make in (*named, gain_table, parameter_table, error_table, *last))
+    return [make(diagnosis) for make in (*named, gain_table, parameter_table, error_table, *last)]
 
 
 def diagnosis_summary(diagnosis: Diagnosis) -> str:
     """Return the verdict, the tables and the notes as plain text."""
-    shown = [table.text() for table in diagnosis_tables(diagnosis)]
+    shown = [line for table in diagnosis_tables(diagnosis) for line in (table.title, table.text())]
     return "\n".join([words.verdict_line(diagnosis), *shown, *words.typeset_notes(diagnosis.notes)])
 
 

@@ -12,17 +12,14 @@ from heli_plant.parameters import BY_FIELD
 
 _SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
-TWO_LINES = 175
-"""Letters in two lines of a verdict at 1280 px; the verdict names two effects if they fit, else one."""
-
 SMALLEST_SHARE = 5e-4
 """A smaller share is printed as zero."""
 
 AHEAD = {
-    "prediction_1s": "1 s ahead", "prediction_2s": "2 s ahead", "free_run": "free run",
-    "ahead_100ms": ".1 s ahead", "ahead_200ms": ".2 s ahead", "closed_loop_3s": "of the closed loop over 3 s",
+    "ahead_100ms": ".1 s ahead", "ahead_200ms": ".2 s ahead", "prediction_1s": "1 s ahead",
+    "prediction_2s": "2 s ahead", "free_run": "free run", "closed_loop_3s": "of the closed loop over 3 s",
 }  # fmt: skip
-"""Texts for the errors of a plant, those first that lead in open loop."""
+"""Texts for the errors of a plant."""
 
 
 def raise_powers(text: str) -> str:
@@ -160,22 +157,17 @@ def uses_text(uses: Mapping[str, Use | None]) -> str:
 
 
 def verdict_line(diagnosis: DiagnosisFile) -> str:
-    """Say in two lines what the model lacks and how the plant's error changes on the held-out logs."""
-    named_effects = [effect for effect in diagnosis.effects if effect.in_plant and has_sign(effect)]
-    change = _leading_change(diagnosis, (named_effects or diagnosis.effects)[:1])
+    """Say what the model lacks, by the first effect, and how the plant's error changes on the held-out logs."""
+    sure = [effect for effect in diagnosis.effects if effect.in_plant and has_sign(effect)]
+    change = _leading_change(diagnosis, (sure or diagnosis.effects)[:1])
     if not diagnosis.effects:
         untested = sum(entry.verdict == tracing.Verdict.NOT_TESTABLE for entry in diagnosis.catalogue)
         restriction = f"; {untested} of {len(diagnosis.catalogue)} effects could not be tested" if untested else ""
         return f"These logs do not refute the model{restriction}. {change}"
-    named = [_with_rival(effect) for effect in named_effects]
-    if not named:
-        first, more = diagnosis.effects[0], len(diagnosis.effects) - 1
-        restriction = "whose interval contains zero" if first.in_plant else "which the plant does not have"
-        first_effect = f"{_with_rival(first)}, {restriction}{f', and {more} more' if more else ''}"
-        return f"The logs speak for {first_effect}. {change}"
-    shown_effects = ([*named[:n], *([f"{len(named) - n} more"] if len(named) > n else [])] for n in (2, 1))
-    both, one = (f"The model lacks {join_words(shown)}. {change}" for shown in shown_effects)
-    return both if len(both) <= TWO_LINES else one
+    first, *more = sure or diagnosis.effects
+    rival = f" or {effect_name(*first.alternatives[0])}" if first.alternatives else ""
+    named = f"{describe_effect(first)}{rival}{f', and {len(more)} more' if more else ''}"
+    return f"{'The model lacks' if sure else 'The logs speak for'} {named}. {change}"
 
 
 def change_word(report: AxisReport, field: str) -> str:
@@ -204,16 +196,6 @@ def percent(share: float) -> str:
     """Return a share in per cent, below ten with a decimal."""
     shown = f"{100.0 * share:+.{0 if abs(share) >= 0.0995 else 1}f} %" if abs(share) >= SMALLEST_SHARE else "0.0 %"
     return shown.replace("-", "−")
-
-
-def _with_rival(effect: tracing.FoundEffect) -> str:
-    """Name an effect, and the other effect that explains the logs about as well."""
-    if not effect.alternatives:
-        return describe_effect(effect)
-    name, axis = effect.alternatives[0]
-    if axis == effect.axis:
-        return effect_name(f"{effect.name} or {name}", axis)
-    return f"{describe_effect(effect)} or {effect_name(name, axis)}"
 
 
 def name_rivals(effect: tracing.FoundEffect) -> str:
