@@ -6,7 +6,7 @@ A log that reads z less than the others has the voltages of another height:
     eps'' = -a_e (eps + z) - a_1 + ...,    z_l = -(b_l - median over l of b_l) / a_e.
 
 Up to three standard deviations of b_l a zero is an offset of its log, which every fit estimates. Beyond that the plant
-with its effects decides. An arm that was balanced differently has other voltages as
+with its effects decides, fitted to the logs that agree. An arm that was balanced differently has other voltages as
 well; sines of the elevation tell the two apart, and a log is not shifted if that makes it less likely.
 
 **Other readings.** A log that gets likelier by more than :data:`.settings.UNKNOWN` nats when it is read otherwise was
@@ -50,13 +50,14 @@ def align_zeros(fitted: Fit, logs: Sequence[Log]) -> tuple[Fit, tuple[Log, ...],
     """
     likelihood, count = fitted.likelihood, len(fitted.point.per_log)
     records = [undo_in_record(likelihood.faults, record_of(log, likelihood.rig)) for log in logs]
-    zeros, moved, notes = _find_zeros(fitted, records), list(logs), list[str]()
+    zeros, judge = _find_zeros(fitted, records)
+    moved, notes = list(logs), list[str]()
     for i in np.flatnonzero(zeros).tolist():
         z = zeros[i] * (np.arange(3) == ELEVATION)
         amount = f"{abs(zeros[i]):.2f} rad {'less' if zeros[i] > 0.0 else 'more'}"
         read = f"{logs[i].name}: its elevation reads {amount} than that of the other logs at like voltages, as if"
         shifted = _reread(records[i], likelihood.rig, angles=records[i].angles + z)
-        if _misfit(fitted, records[i])[0] < _misfit(fitted, shifted)[0] - KEPT:
+        if _misfit(judge, records[i])[0] < _misfit(judge, shifted)[0] - KEPT:
             notes.append(f"{read} the arm had been balanced otherwise; its gains may differ as well")
             zeros[i] = 0.0
         else:
@@ -68,14 +69,35 @@ def align_zeros(fitted: Fit, logs: Sequence[Log]) -> tuple[Fit, tuple[Log, ...],
     return fitted, tuple(moved), tuple(notes)
 
 
-def _find_zeros(fitted: Fit, records: Sequence[Record]) -> Array:
-    """Angles (L,) [rad] by which each elevation reads less than the others; 0 where it does not lie apart."""
+def _find_zeros(fitted: Fit, records: Sequence[Record]) -> tuple[Array, Fit]:
+    """Angles (L,) [rad] by which each elevation reads less than the others, or zero; and the fit that says so."""
+    count = len(fitted.point.per_log)
+    zeros, least = _zeros_under(fitted, records)
+    if not (apart := _lie_apart(zeros, least)).any():
+        return np.zeros(len(records)), fitted
+    others = np.flatnonzero(~apart[:count])
+    if len(others) < count:
+        fitted = _fit_some(fitted, others)
+        zeros, least = _zeros_under(fitted, records)
+    return np.where(apart & _lie_apart(zeros, least), zeros, 0.0), fitted
+
+
+def _zeros_under(fitted: Fit, records: Sequence[Record]) -> tuple[Array, float]:
+    """Zeros (L,) [rad] of the logs' elevations, 0 where too few are known, and the least that is no offset."""
     stiffness = fitted.likelihood.rig.linear(fitted.parameters)[ELEVATION][1]
     b = np.array([log_offsets(fitted, record)[0][ELEVATION] for record in records])
     if stiffness <= 0.0 or np.isfinite(b).sum() < 3:
-        return np.zeros(len(b))
-    zeros = np.nan_to_num(np.nanmedian(b) - b) / stiffness
-    return np.where(_lie_apart(zeros, OUTLIER * PER_LOG[0] / stiffness), zeros, 0.0)
+        return np.zeros(len(b)), np.inf
+    return np.nan_to_num(np.nanmedian(b) - b) / stiffness, OUTLIER * PER_LOG[0] / stiffness
+
+
+def _fit_some(fitted: Fit, logs: NDArray[np.intp]) -> Fit:
+    """Repeat a fit with some of its logs."""
+    likelihood, point = fitted.likelihood, fitted.point
+    records, logged, harmonics = (tuple(every[i] for i in logs) if every else ()
+                                  for every in (likelihood.records, likelihood.logged, point.harmonics))  # fmt: skip
+    start = replace(fitted, point=replace(point, per_log=point.per_log[logs], harmonics=harmonics))
+    return fit(replace(likelihood, records=records, logged=logged), fitted.names, start)
 
 
 def refuse_mirrored(null: Fit) -> None:
