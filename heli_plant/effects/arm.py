@@ -130,7 +130,7 @@ def speed_stability(travel_rate: float, c: float) -> float:
 
 
 @declared(
-    "c k_z mu_s cos(theta) exp(-(eps - eps_ground)/eps_g)", "elevation", unit="1", bounds=(0.0, 5.0),
+    "c k_z mu_s cos(theta) exp(-max(eps - eps_ground, 0)/eps_g)", "elevation", unit="1", bounds=(0.0, 5.0),
     source=PAPER_NEGLECTS, drawn_against="elevation",
     experiment="Hover at several heights just above the table.",
     shapes=(
