@@ -12,7 +12,7 @@ from heli_identifier import results, tracing  # the templates of results are loa
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results import words
 from heli_identifier.results.diagnosis import Diagnosis
-from heli_identifier.results.documents import to_json_value
+from heli_identifier.results.documents import numbers_of, to_json_value
 from heli_identifier.tracing import CurveShape, Determination, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
@@ -189,6 +189,12 @@ def catalogue_table(diagnosis: Diagnosis) -> Table:
         if entry.verdict == Verdict.NOT_TESTABLE or (entry.verdict == Verdict.NOT_SHOWN and entry.score > needed)
     )
     return Table("Every effect of the catalogue", columns, rows, [share, *reasons])
+
+
+def list_settings(diagnosis: Diagnosis) -> str:
+    """Return every setting that has a value under its key in diagnosis.json."""
+    settings = numbers_of(to_json_value(diagnosis.settings))
+    return ", ".join(f"{key} {words.to_digits(value)}" for key, value in settings)
 
 
 def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> list[Table]:
