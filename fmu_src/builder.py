@@ -18,7 +18,7 @@ from heli_identifier.files import write_atomically
 from heli_plant.errors import did_you_mean
 
 from .description import describe
-from .errors import BuildError, look_up
+from .errors import BuildError, check_mapping, look_up
 from .slave_base import SlaveBase
 from .variables import TYPES, Value, Variable, problem_with, with_start_values
 from .vendoring import content_guid, python_unit
@@ -54,6 +54,7 @@ def check_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value], w
 
     BuildError names, with the prefix ``within``, what is no parameter of the unit or out of range.
     """
+    check_mapping("parameters", parameters)
     known = parameters_of(unit)
     values: dict[str, Value] = {}
     for name, value in parameters.items():

@@ -1,4 +1,4 @@
-"""Errors of the FMI layer, and checks of arguments that raise them."""
+"""Errors of the FMI layer, and checks of arguments of any type that raise them."""
 
 from __future__ import annotations
 
@@ -41,6 +41,12 @@ def look_up(table: Mapping[str, _Entry], name: Any, kind: str, error: type[FmuEr
     if isinstance(name, str) and name in table:
         return table[name]
     raise error(f"no {kind} is called {name!r}{did_you_mean(str(name), table)}; there are {', '.join(table)}")
+
+
+def check_mapping(argument: str, value: Any, of: type | tuple[type, ...] = object, word: str = "values") -> None:
+    """Refuse an ``argument`` that is no mapping of names to ``word``, which are instances of ``of``."""
+    if not isinstance(value, Mapping) or not all(isinstance(k, str) and isinstance(v, of) for k, v in value.items()):
+        raise WiringError(f"{argument} = {value!r:.100} must be a mapping of names to {word}")
 
 
 def is_positive(value: Any) -> bool:

@@ -19,11 +19,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
+from os import PathLike
 from pathlib import Path
+
+from msgspec import ValidationError, convert
 
 from heli_plant.observer import CORRECTED
 
-from .errors import BuildError, WiringError, is_positive, look_up
+from .errors import BuildError, WiringError, check_mapping, is_positive, look_up
 from .units.signals import AXES, ROTORS
 from .variables import Value
 
@@ -50,6 +53,11 @@ class Scenario:
     """Whether the master waits before each step until it is due."""
 
     def __post_init__(self) -> None:
+        try:
+            convert(self.units, tuple[tuple[str, str], ...])
+            convert(self.connections, dict[str, str])
+        except ValidationError as error:
+            raise WiringError(f"scenario {self.name}: units or connections have a wrong type: {error}") from error
         for name in (*self.connections, *self.connections.values()):
             self.check_unit(name.partition(".")[0])
 
@@ -64,6 +72,7 @@ class Scenario:
         """
         given = dict(self.parameters)
         for more in parameters:
+            check_mapping("parameters", more)
             given |= more
         by_unit: dict[str, dict[str, Value]] = {name: {} for name, _ in self.units}
         for full_name, value in given.items():
@@ -77,6 +86,7 @@ class Scenario:
 
         WiringError names a unit that the scenario does not have, BuildError a file that does not exist.
         """
+        check_mapping("fmus", fmus, (str, PathLike), "files")
         for name, file in fmus.items():
             self.check_unit(name)
             if not Path(file).is_file():

@@ -165,6 +165,7 @@ def example_diagnosis(logs=None):
             tracing.FoundEffect(
                 "motor_lag", "rotors", Estimate(0.03, 2e-3, "s"), Verdict.POSSIBLE, "lag or delay of the rotors",
                 (("input_delay", "rotors"),), tracing.NamedShape(), 5.0, "Step both voltages.", True, 2.5,
+                "lag and delay of the rotors together: 110 ms",
             ),
         ),
         catalogue=catalogue(), parameters_before=estimates(BEFORE), parameters_after=estimates(AFTER),

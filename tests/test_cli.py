@@ -84,6 +84,14 @@ def test_on_a_narrow_terminal_figures_stand_without_their_intervals_unless_they_
     assert max(map(len, printed[1].splitlines())) <= 60
     assert set(" ".join(rows[0]).split()) <= set(printed[1].split())  # cells break at spaces
     assert "0.2930 rad/s²/V" in printed[2] and "±" not in printed[2] and "4.50" not in printed[2]
+    # of a table of many columns some stand below the others, and no cell is cut
+    monkeypatch.setenv("COLUMNS", "80")
+    heads, cells = [f"log-{k}" for k in range(12)], [f"0.{k}00" for k in range(12)]
+    print_table(Table("Parameters", ("parameter", "meaning", *heads), [("k_x", "gain", *cells)], ["below"]))
+    lines = re.sub(r"\x1b\[\d*m", "", capsys.readouterr().out).splitlines()
+    assert max(map(len, lines)) <= 80 and all(cell in "".join(lines) for cell in (*heads, *cells))
+    assert sum("k_x" in line for line in lines) == sum("parameter" in line for line in lines) == 2
+    assert lines.count("below") == 1
 
 
 @pytest.mark.parametrize("error, code, said", [

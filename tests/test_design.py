@@ -16,7 +16,7 @@ from heli_identifier.tools.flight import flight_outlooks, list_additions
 from heli_plant.control import PidSettings
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
-from tests.commands import heli_json
+from tests.commands import heli, heli_json
 
 PLANT = PlantParameters()
 
@@ -96,6 +96,9 @@ def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_p
     assert errors == sorted(errors)
     table = np.loadtxt(file, delimiter=",", skiprows=1)
     assert table.shape == (2000, 3) and np.abs(table[:, 1:]).max() <= 5.0
+    for option, absurd in (("--pitch-limit", "inf"), ("--elevation-limit", "nan"), ("--voltage-limit", "1e6")):
+        refused = heli("design", "dry_friction:pitch", option, absurd)
+        assert refused.exit_code == 2 and option in refused.stderr
 
 
 @pytest.mark.slow

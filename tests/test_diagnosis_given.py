@@ -61,6 +61,8 @@ def test_references_do_not_contradict_a_plant_for_an_effect_that_is_given_or_a_l
     logs = [noisy_log(TABLE_2._replace(**effects), drive(40.0, s), s, name=f"log{s}") for s in (1, 2)]
     looked = identify_plant(logs, DiagnosisSettings(**given))
     assert {looked.parameters[gain].determination for gain in ("k_x", "k_z", "k_y")} == {Determination.OUTSIDE}
+    if "motor_time_constant" in given:  # what is found comes, with what was given, to T_m of Table 2
+        assert looked.effects[0][0].together == "lag and delay of the rotors together: 80 ms"
 
 
 def test_settings_that_cannot_be_are_refused_at_once():

@@ -144,6 +144,23 @@ def test_a_parameter_that_a_unit_does_not_have_or_take_is_named(ran):
             ran("open_loop", 0.1, H, {name: value})
 
 
+@pytest.mark.parametrize(("given", "said"), [
+    ({"scenario_name": ["open_loop"]}, "no scenario is called"),
+    ({"duration": "1"}, "0 < step <= duration is needed"),
+    ({"parameters": [1]}, "parameters = .1. must be a mapping of names to values"),
+    ({"fmus": {"plant": None}}, "must be a mapping of names to files"),
+    ({"record": [3]}, "has no output 3"),
+    ({"variations": 3}, "variations = 3 must be a list"),
+    ({"inputs": {"plant.mass_position": ["a"]}}, "has 1 values, 10 steps need as many numbers"),
+])  # fmt: skip
+def test_an_argument_of_a_wrong_type_is_named_in_one_sentence(twins, given, said):
+    files = {name: twins[kind] for name, kind in SCENARIOS["open_loop"].units}
+    with pytest.raises(WiringError, match=said):
+        run(**{"scenario_name": "open_loop", "duration": 0.1, "fmus": files, **given})
+    with pytest.raises(WiringError, match="units or connections have a wrong type"):
+        Scenario("alone", "", ("plant",), ())
+
+
 def test_values_of_inputs_have_to_fit_the_scenario(ran):
     for target, count, said in (
         ("plnt.mass_position", 100, "no unit of scenario open_loop is called 'plnt'"),

@@ -81,6 +81,10 @@ def test_what_is_not_in_the_plant_faults_of_logs_a_second_log_and_a_noise_floor_
     page = report_page(replace(example_diagnosis(), faults=(late,), notes=notes), "rig")
     assert page.count("A late column") == 1
     assert page.index("A late column. Fix it") < page.index("voltages reach 5.10 V") < page.index("<h2>Details</h2>")
+    # settings that have a value stand there, and what lag and delay come to together
+    rivals = report_page(replace(whole, effects=whole.possible), "rig")
+    assert "lag and delay of the rotors together: 110 ms" in rivals
+    assert "score_needed 8.00, score_needed_certain 6.00, operating_point 1.25." in page
     # each held-out log has its residuals, and the first one the overlay
     count = '<svg class="figure"'
     two = report_page(example_diagnosis([simulated_log(name="one"), simulated_log(seed=2, name="two")]), "rig")

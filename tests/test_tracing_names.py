@@ -203,6 +203,10 @@ def test_a_clean_rig_has_no_unknown_torque_and_none_is_tried():
 def test_a_notch_is_found_where_it_lies_and_drawn_within_its_band_and_the_plant_has_the_curve_as_its_table():
     _, after, found = searched_unknown("notched")
     assert [(f.axis, f.shape.variable, f.verdict) for f in found] == [("pitch", "pitch", Verdict.UNKNOWN)]
+    words = found[0].shape.description
+    assert "a notch near" in words
+    # its two crests lie one width to either side; a table's spacing is about one width
+    assert float(words.split("near ")[1].split(" rad")[0]) == pytest.approx(CENTRE, abs=WIDTH)
     shape = found[0].shape
     x, low, high = shape.band.T
     often = high - low < 0.5 * DEPTH
@@ -236,11 +240,13 @@ def test_a_periodic_torque_is_found_at_its_frequency_with_its_amplitude():
     assert abs(again.spacing - FREQUENCY) > 0.9 / SECONDS, "the rest of a torque that was found is no further one"
 
 
-def test_a_torque_by_the_travel_closes_after_a_turn():
+def test_a_torque_by_the_travel_closes_after_a_turn_and_has_its_waves_counted():
     _, after, found = searched_unknown("sloping")
     assert [(f.axis, f.shape.variable) for f in found] == [("travel", "travel")]
     p = after.fit.parameters
     assert p.table_torque_1_travel == getattr(p, f"table_torque_{KNOTS}_travel")
+    if len(found[0].shape.curve) > 115:  # the logs went all the way round
+        assert f"periodic with {WAVES} waves per turn" in found[0].shape.description
 
 
 @pytest.mark.parametrize("name", ["notched", "humming", "sloping"])

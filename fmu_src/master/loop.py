@@ -23,7 +23,7 @@ from heli_identifier import processes
 from heli_identifier.files import draft_folder
 from heli_plant.errors import did_you_mean
 
-from ..errors import MasterError, WiringError
+from ..errors import MasterError, WiringError, check_mapping
 from ..variables import Value
 from ..wiring import Scenario, scenario, whole_steps
 from .instance import WARNING, Array, Instance
@@ -82,6 +82,10 @@ def run(
     wiring = scenario(scenario_name)
     steps, parameters = whole_steps(duration, step), parameters or {}
     by_unit = wiring.parameters_by_unit(parameters)
+    check_mapping("inputs", inputs or {})
+    for name, given in {"record": record or (), "variations": variations}.items():
+        if not isinstance(given, Collection):
+            raise WiringError(f"{name} = {given!r} must be a list")
     varied_by_unit = [wiring.parameters_by_unit(parameters, variation) for variation in variations]
     inputs = {target: _as_column(target, values, steps) for target, values in (inputs or {}).items()}
     with instantiate_units(wiring, fmus or {}, native or bool(variations)) as units:
@@ -123,7 +127,10 @@ def run(
 
 def _as_column(target: str, values: Any, steps: int) -> Array:
     """Return the values of an input as an array, one for each step."""
-    column = np.asarray(values, dtype=np.float64)
+    try:
+        column = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        column = np.empty(0)
     if column.ndim != 1 or len(column) < steps:
         raise WiringError(f"inputs: {target} has {np.size(values)} values, {steps} steps need as many numbers in a row")
     return column[:steps]

@@ -3,7 +3,7 @@
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from itertools import zip_longest
+from itertools import accumulate, zip_longest
 from math import inf
 from textwrap import wrap
 from typing import Any, NamedTuple
@@ -12,7 +12,7 @@ from heli_identifier import results, tracing  # the templates of results are loa
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results import words
 from heli_identifier.results.diagnosis import Diagnosis
-from heli_identifier.results.documents import to_json_value
+from heli_identifier.results.documents import numbers_of, to_json_value
 from heli_identifier.tracing import CurveShape, Determination, ParameterReport, Verdict
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
@@ -39,11 +39,17 @@ class Table(NamedTuple):
     def text(self, width: float = inf) -> str:
         """Return heads, cells and the sentences below as lines of plain text.
 
-        Cells break at spaces as far as ``width`` asks for it; words do not break, so many columns may be wider.
+        Cells break at spaces as far as ``width`` asks for it. Words do not break: columns for which this is not enough
+        stand below the others, again behind the first columns, which name the rows.
         """
         columns = list(zip(self.columns, *self.rows, strict=True))
         widths = [max(map(len, column)) for column in columns]
         least = [max(map(len, " ".join(column).split())) for column in columns]
+        named = 1 if len(set(columns[0])) == len(columns[0]) else 2
+        count = max(named + 1, sum(least_width - 2 <= width for least_width in accumulate(size + 3 for size in least)))
+        if count < len(columns):
+            rest = self._part([*range(named), *range(count, len(columns))])._replace(remarks=self.remarks)
+            return self._part(range(count)).text(width) + rest.text(width)
         while sum(widths) + 3 * len(widths) > width and (wide := [k for k, w in enumerate(widths) if w > least[k]]):
             widths[max(wide, key=widths.__getitem__)] -= 1
         figures, lines = self.figures, []
@@ -56,6 +62,11 @@ class Table(NamedTuple):
             if row is self.columns:
                 lines.append(f" {'─' * (sum(widths) + 3 * len(widths) - 3)}")
         return "\n".join(["", *lines, "", *map(words.typeset, self.remarks)])
+
+    def _part(self, part: Sequence[int]) -> "Table":
+        """Return some columns as a table without remarks."""
+        columns, *rows = [[row[k] for k in part] for row in (self.columns, *self.rows)]
+        return Table(self.title, columns, rows)
 
     def without_intervals(self) -> "Table":
         """Return the table with figures alone."""
@@ -189,6 +200,12 @@ def catalogue_table(diagnosis: Diagnosis) -> Table:
         if entry.verdict == Verdict.NOT_TESTABLE or (entry.verdict == Verdict.NOT_SHOWN and entry.score > needed)
     )
     return Table("Every effect of the catalogue", columns, rows, [share, *reasons])
+
+
+def list_settings(diagnosis: Diagnosis) -> str:
+    """Return every setting that has a value under its key in diagnosis.json."""
+    settings = numbers_of(to_json_value(diagnosis.settings))
+    return ", ".join(f"{key} {words.to_digits(value)}" for key, value in settings)
 
 
 def diagnosis_tables(diagnosis: Diagnosis, everything: bool = False) -> list[Table]:

@@ -11,7 +11,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from heli_identifier.chain import Defect
+from heli_identifier.chain import TIMING, Defect
 from heli_identifier.online import CONTRADICTION, Estimate
 
 from .fit import Fit, covariance
@@ -77,7 +77,7 @@ def lag_score(fitted: Fit, C: Array) -> Score:
 
 def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float | None = None) -> FoundEffect:
     """State one effect of a selection; ``fitted`` is the delivered plant."""
-    effect, units = finding.effect, fitted.likelihood.rig.units
+    effect, units, p = finding.effect, fitted.likelihood.rig.units, fitted.parameters
     rivals, in_plant = [rival for rival in finding.alternatives if rival.field not in fitted.fields], False
     coefficient = Estimate(finding.score.value, finding.score.standard_error, effect.unit)
     shapes = {name: Estimate(float(value), None, units[name]) for name, value in finding.score.shapes.items()}
@@ -91,11 +91,13 @@ def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float |
     if rivals and rivals[0].experiment != effect.experiment:
         both = (f"For {one.name.replace('_', ' ')}: {one.experiment}" for one in (effect, rivals[0]))
         experiment = " ".join(("Measure what shows either alone.", *both))
+    timing = 1e3 * (p.T_m + p.motor_lag_rotors + p.input_delay_rotors)
     return FoundEffect(
         effect.name, effect.axis, coefficient, verdict, effect.family,
         tuple((other.name, other.axis) for other in rivals),
         NamedShape({effect.shape_names.get(name, name): value for name, value in shapes.items()}),
         finding.stated_score, experiment, in_plant, left_out_gain,
+        f"lag and delay of the rotors together: {timing:.0f} ms" if (effect.family,) == TIMING else "",
     )  # fmt: skip
 
 

@@ -108,6 +108,8 @@ class FoundEffect:
     left_out_gain: float | None = None
     """Of a possible effect: the rise of the log-likelihood of training logs, each left out in turn [nats]. None for a
     torque that steps at one instant, and for a law whose shape lies at the end of its range: no plant has these."""
+    together: str = ""
+    """What the effect and its alternatives come to together, in words; empty if there is no such figure."""
 
 
 @dataclass(frozen=True)

@@ -269,16 +269,28 @@ def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     half = 1.96 * PER_LOG[0] * np.sqrt(np.einsum("ij,jk,ik->i", B, covariance(fitted)[np.ix_(at, at)], B))
     there = visits > 0.0
     x, y, half, unit = x[there], y[there], half[there], tables.variables[u.variable]
-    words = f"a torque by the {variable_name(u.variable)}, {_words(unit, x, y, half)}"
+    said = _words(turning and bool(there.all()), unit, x, y, half)
+    words = f"a torque by the {variable_name(u.variable)}, {said}"
     return CurveShape(u.variable, unit, words, np.column_stack((x, y)), np.column_stack((x, y - half, y + half)))
 
 
-def _words(unit: str, x: Array, y: Array, half: Array) -> str:
+def _words(closed: bool, unit: str, x: Array, y: Array, half: Array) -> str:
     """Describe the determined part of a curve, where its band is narrow beside its range."""
     known = np.ones(len(y), dtype=bool)
     while (less := known & (half < 0.25 * np.ptp(y[known]))).sum() > max(10, 0.1 * len(y)) and (less != known).any():
         known = less
-    words = f"{np.ptp(y[known]):.2g} rad/s^2 from lowest to highest"
+    X, Y = x[known], y[known]
+    words = f"{np.ptp(Y):.2g} rad/s^2 from lowest to highest"
     if not known.all():
-        words += f" between {x[known][0]:.2g} and {x[known][-1]:.2g} {unit}, where its band is narrow"
+        words += f" between {X[0]:.2g} and {X[-1]:.2g} {unit}, where its band is narrow"
+    if closed:
+        power = np.abs(np.fft.rfft(y[:-1] - y[:-1].mean())) ** 2
+        n = int(power.argmax())
+        return f"{words}, periodic with {n} wave{'s'[: n > 1]} per turn" if power[n] > 0.5 * power.sum() else words
+    if len(X) < 10:
+        return words
+    away = np.abs(Y - np.median(Y))
+    wide = X[away > 0.5 * away.max()]
+    if wide[0] > X[0] and wide[-1] < X[-1] and len(wide) < 0.35 * len(X):  # at an end it may be no notch
+        return f"{words}, a notch near {0.5 * (wide[0] + wide[-1]):.3g} {unit}, {np.ptp(wide):.2g} {unit} wide"
     return words
