@@ -21,9 +21,6 @@ J* follows from one false alarm in T = 10 h of M = 32 tests (16 changes, either 
 u phi(u)/(20 s) times per second (Pickands 1969). So u phi(u) = 20 s/(M T), u = 4.82, and (u + 1.645)^2 = 41.8 of
 information would do in 95 %; simulated, 40 do, because the statistic may exceed u earlier. One look at the end of the
 20 s, z = 4.14, would need 33.5, but only who knows when the change took place can look then. A CUSUM needs 44.
-
-The friction's g has the sign of the rate as read. The rig's law has that of the true rate, with which J is larger by an
-eighth on pitch and elevation and as large on the travel: errors of the sign take information away, they add none.
 """
 
 import math
