@@ -225,6 +225,9 @@ class Rig:
             travel = list(VARIABLES).index("travel") + 1.0
             closes = field == f"table_torque_1_{axis}" and getattr(start, f"table_variable_{axis}") == travel
             return Coordinate(field, 0.0, PER_LOG[0], tied=f"table_torque_{KNOTS}_{axis}" if closes else "")
+        if field.startswith("table_first"):  # the table moves onto a notch: within half a spacing, at two widths
+            spacing = getattr(start, f"table_spacing_{field.rpartition('_')[2]}")
+            return Coordinate(field, getattr(start, field), 0.25 * spacing)
         of_shape = next(((entry, s) for entry in CATALOGUE for s in entry.shapes if s.field == field), None)
         if of_shape is not None:
             owner, shape = of_shape

@@ -96,10 +96,15 @@ class Tables:
         return tuple(f"table_torque_{k}_{axis}" for k in range(1, last))
 
     @staticmethod
+    def first(axis: str) -> str:
+        """Where the first value of a table lies, as a parameter of the plant."""
+        return f"table_first_{axis}"
+
+    @staticmethod
     def switch_on(axis: str, variable: str, first: float, spacing: float) -> dict[str, float]:
         """Parameters that switch a table on."""
         number = list(VARIABLES).index(variable) + 1.0
-        return {f"table_variable_{axis}": number, f"table_first_{axis}": first, f"table_spacing_{axis}": spacing}
+        return {f"table_variable_{axis}": number, Tables.first(axis): first, f"table_spacing_{axis}": spacing}
 
 
 def thrust_slopes(parameters: PlantParameters, voltage: float) -> tuple[float, float]:

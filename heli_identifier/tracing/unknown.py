@@ -214,7 +214,7 @@ def _fit_torque(fitted: Fit, u: Unknown, found: Sequence[Unknown]) -> tuple[Fit,
         return fit(fitted.likelihood, fitted.names, _set_harmonics(alone, [*found, u])), u
     fields = tables.fields(u.axis, u.variable)
     shapes = tables.switch_on(u.axis, u.variable, u.first, u.spacing) | dict(zip(fields, u.weights, strict=True))
-    return fit(fitted.likelihood, (*fitted.names, *fields), fitted, shapes), u
+    return fit(fitted.likelihood, (*fitted.names, *fields, tables.first(u.axis)), fitted, shapes), u
 
 
 def _set_harmonics(fitted: Fit, unknowns: Sequence[Unknown]) -> Fit:
@@ -253,7 +253,7 @@ def _describe(fitted: Fit, u: Unknown) -> FoundEffect:
 def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     """Draw a table's torque where the logs were, without the constant and the line that the simplified model has."""
     tables = fitted.likelihood.rig.tables
-    turning, first = u.variable in tables.turning, u.first
+    turning, first = u.variable in tables.turning, fitted.estimate(tables.first(u.axis))
     x = first + u.spacing * np.linspace(0.0, tables.knots - 1.0, POINTS)
     visited = _values_visited(fitted, fitted.likelihood.rig.axes.index(u.axis), _variables(fitted))
     values = visited[:, list(tables.variables).index(u.variable)]
