@@ -224,7 +224,7 @@ def parameter_reports(
             why = "it trades off against the timing of the voltages in the log"
         experiment = "" if determination is Determination.OUTSIDE else rig.experiments.get(name, "")
         if determination is Determination.NOT_DETERMINED and not contradicted:
-            for record, of_log in zip(fitted.likelihood.records, moves, strict=False):
+            for record, of_log in zip(fitted.likelihood.records, moves, strict=True):
                 if 2.0 * of_log[i] ** 2 > C[i, i]:  # most of the interval, so one log at most
                     why = f"{why}, as the log {record.name} moves it"
         reports[name] = ParameterReport(
