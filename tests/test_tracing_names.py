@@ -11,13 +11,13 @@ from scipy.stats import chi2
 from benchmarks.rigs import likelihood_of, windy_logs
 from heli_identifier.results import log_likelihood
 from heli_identifier.tracing import Verdict, helicopter, select
-from heli_identifier.tracing.fit import fit, fit_log_spread
+from heli_identifier.tracing.fit import covariance, fit, fit_log_spread
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_time
 from heli_identifier.tracing.select import fit_delivered
 from heli_identifier.tracing.settings import UNKNOWN
-from heli_identifier.tracing.stability import halves_agree, leave_logs_out, left_out_gain
+from heli_identifier.tracing.stability import covariance_of_logs, halves_agree, leave_logs_out, left_out_gain
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2
 from heli_plant.tabulated_torque import KNOTS, tabulated_torque
@@ -93,6 +93,19 @@ def test_a_log_from_another_supply_moves_the_gains_by_its_share_when_it_is_left_
     for gain in ("k_x", "k_z", "k_y"):
         moved = moves[:, plant.fields.index(gain)] * plant.slope(gain) / abs(plant.estimate(gain))
         assert moved == pytest.approx(expected, abs=s / 9.0), gain
+
+
+def test_intervals_are_wider_by_what_logs_differ_by_and_never_narrower_than_the_likelihoods():
+    """Four logs whose parameters differ by 2 and by 1/2 standard errors: the factors are 4, with a standard error of
+    36 % for 11 parameters with 3 degrees of freedom each (trigamma(1.5) / 11), and 1."""
+    likelihood = likelihood_of(logs_of("clean", 1, count=1)[0])
+    plant, rng = fit(likelihood, likelihood.rig.base), np.random.default_rng(0)
+    C, root = covariance(plant), np.linalg.cholesky(covariance(plant))
+    x = rng.standard_normal((200, 4, len(C))) @ root.T
+    moves = (x - x.mean(1, keepdims=True)) / np.sqrt(3.0)
+    for size, expected in ((2.0, 4.0), (0.5, 1.0)):
+        factors = [covariance_of_logs(plant, size * of_logs)[0, 0] / C[0, 0] for of_logs in moves]
+        assert np.median(factors) == pytest.approx(expected, rel=4.0 * 1.25 * 0.36 / np.sqrt(len(moves)))
 
 
 def test_a_raised_arm_that_turns_back_and_forth_turns_the_pitch_as_a_thin_beam():

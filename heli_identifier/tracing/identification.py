@@ -35,7 +35,7 @@ from .references import References, find_references
 from .rig import Effect, average_blocks
 from .select import Finding, Selection, fit_delivered, select
 from .settings import KEPT, ROUNDS, SETTLING, TIMED, DiagnosisSettings
-from .stability import halves_agree, leave_logs_out, left_out_gain
+from .stability import covariance_of_logs, halves_agree, leave_logs_out, left_out_gain
 from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
 from .unknown import search_unknown
 
@@ -176,9 +176,8 @@ def identify_plant(
         acting = tuple(finding for finding in selection.findings if finding.effect.field not in idle)
         selection = replace(selection, findings=acting)
         plant = fit_delivered(selection, [*dropped, *idle])
-    moves, C = leave_logs_out(selection, plant), covariance(plant)
-    wider = np.sqrt(np.maximum(1.0, (moves**2).sum(0) / np.maximum(np.diag(C), 1e-300)))
-    C *= np.outer(wider, wider)
+    moves = leave_logs_out(selection, plant)
+    C = covariance_of_logs(plant, moves)
     tell("asking the references", 0.6)
     references = find_references(training)
     outside = _estimate_outside(plant, training, references)
