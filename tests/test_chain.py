@@ -23,9 +23,11 @@ from heli_identifier.results import diagnose
 from heli_identifier.tracing import identify_plant
 from heli_identifier.tracing.settings import SETTLING
 from heli_plant.effects import AXES
+from heli_plant.parameters import TABLE_2
 from tests.blind.damage import DAMAGES, jittered, low_pass
 from tests.blind.generator import make_rig, simulate_log
 from tests.blind.windy import windy_rig
+from tests.simulated import drive, noisy_log
 
 H, COUNTS = 0.01, (4096, 4096, 8192)
 TIME = H * np.arange(3000)
@@ -158,6 +160,17 @@ def test_an_angle_that_is_twice_too_large_is_refused_and_a_coarse_encoder_is_not
     found = identify_plant(logs_of("pitch of 2048 counts", 2))
     assert [(d.name, d.channel) for d in found.defects] == [("counts", "pitch")]
     assert found.plant.likelihood.rig.resolution[0] == pytest.approx(2.0 * np.pi / 2048)  # it rests by these
+
+
+def test_commands_ahead_of_the_amplifiers_limit_are_refused_and_a_rig_with_a_higher_limit_is_not():
+    """2 % of the voltages lie beyond 5 V: the rotors get 5 V of them, or the whole."""
+    limited, free = (
+        [noisy_log(TABLE_2._replace(v_max=limit), 2.5 * drive(60.0, k), k, name=f"{k}") for k in range(2)]
+        for limit in (5.0, 24.0)
+    )
+    with pytest.raises(LogError, match="they are commands ahead of that limit"):
+        identify_plant(limited)
+    assert identify_plant(free).parameters["k_x"].estimate.value == pytest.approx(TABLE_2.k_x, rel=0.01)
 
 
 @pytest.mark.parametrize("axis", ["pitch", "elevation"])

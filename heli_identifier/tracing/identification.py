@@ -29,7 +29,7 @@ from .fit import Fit, covariance, fit, fit_log_spread
 from .helicopter import LAG_WIDTH, Rig, helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
-from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, sign_notes
+from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, refuse_unlimited, sign_notes
 from .pushes import find_pushes
 from .references import References, find_references
 from .rig import Effect, average_blocks
@@ -137,7 +137,8 @@ def identify_plant(
     Raises
     ------
     LogError
-        Nothing is excited, an axis stands still in a log, or some logs are mirror images of the others.
+        Nothing is excited, an axis stands still in a log, some logs are mirror images of the others, or voltages are
+        those ahead of the amplifiers' limit.
     """
     count = 1 if isinstance(logs, Log) else len(logs)
     used = read_logs((*((logs,) if isinstance(logs, Log) else logs), *held_out))
@@ -159,7 +160,7 @@ def identify_plant(
     faults = (e for e in FAULT_EFFECTS if e.name != "late" or e.axis not in prompt)
     candidates = (*(e for e in rig.candidates if e.family not in imitated), *faults)
     tell("fitting the model and searching the catalogue", 0.1)
-    selection, unknown = _search(Likelihood.of(used[:count], rig), candidates, defects)
+    selection, unknown = _search(Likelihood.of(used[:count], rig), candidates, defects, given.voltage_limit)
     tell("looking for passages in which something else acts", 0.3)
     aligned, used, shifted = align_zeros(selection.fit, used)
     pushes = find_pushes(aligned, mark_events(used, events) if given.keep_events else used)
@@ -168,7 +169,7 @@ def identify_plant(
     pushed = {push.log for push in pushes} & {log.name for log in training if log.events}
     if aligned is not selection.fit or pushed:
         tell("searching the catalogue again without these", 0.4)
-        selection, unknown = _search(Likelihood.of(training, rig), candidates, defects)
+        selection, unknown = _search(Likelihood.of(training, rig), candidates, defects, given.voltage_limit)
     gains, dropped = _weigh_possible(selection)
     plant = fit_delivered(selection, dropped)
     chosen = [finding.effect.field for finding in selection.findings if finding.effect.fault is None]
@@ -201,11 +202,12 @@ def _fit_null(likelihood: Likelihood) -> Fit:
 
 
 def _search(
-    likelihood: Likelihood, candidates: Sequence[Effect], defects: Sequence[Defect]
+    likelihood: Likelihood, candidates: Sequence[Effect], defects: Sequence[Defect], voltage_limit: float
 ) -> tuple[Selection, tuple[FoundEffect, ...]]:
     """Fit the simplified model, search the catalogue, and then search for torques that it cannot name."""
     null = _fit_null(likelihood)
     refuse_mirrored(null)
+    refuse_unlimited(null, voltage_limit)
     selection = select(null, candidates)
     refuse_scaled(selection.fit, defects)
     if any(defect.imitates for defect in defects):  # a lasting error of the voltages bends every curve

@@ -11,7 +11,8 @@ well; sines of the elevation tell the two apart, and a log is not shifted if tha
 
 **Other readings.** A log that gets likelier by more than :data:`.settings.UNKNOWN` nats when it is read otherwise was
 read wrongly: with the sign of an axis changed or the rotors swapped it was another one's mirror image, with an angle
-divided it was in another unit. Offsets and noise of the log are free.
+divided it was in another unit, with voltages held to the amplifiers' limit it has the commands ahead of that. Offsets
+and noise of the log are free.
 
 **Signs.** A larger v_f - v_r raises the pitch, k_x > 0; a larger v_f + v_r raises the elevation, k_z > 0 (Table 2). The
 sign of k_y is a convention, the sense of the travel.
@@ -123,6 +124,22 @@ def refuse_mirrored(null: Fit) -> None:
         f"the training log{'s' * (not single)} {', '.join(fewer)} fit{'s' * single} the rest with "
         f"{' or '.join(sorted({what for what, _ in mended.values()}))}. Correct that in heli.toml, or take fewer logs."
     )
+
+
+def refuse_unlimited(null: Fit, limit: float) -> None:
+    """Refuse voltages that were logged ahead of the amplifiers' ``limit`` [V]: the logs are likelier within it."""
+    likelihood, rig = null.likelihood, null.likelihood.rig
+    largest = max(float(np.abs(record.inputs).max()) for record in likelihood.records)
+    if largest <= limit:
+        return
+    held = (np.clip(record.inputs, -limit, limit) for record in likelihood.records)
+    records = tuple(_reread(r, rig, inputs=inputs) for r, inputs in zip(likelihood.records, held, strict=True))
+    if fit(replace(likelihood, records=records), null.names, null).value < null.value - UNKNOWN:
+        raise LogError(
+            f"the voltages reach {largest:.3g} V, and the logs are far likelier if the amplifiers limit them to "
+            f"{limit:g} V: they are commands ahead of that limit. Set clip = true under [log] of heli.toml, or limit "
+            "them (numpy.clip) before they are given; if the limit is another one, correct voltage_limit."
+        )
 
 
 def refuse_scaled(fitted: Fit, defects: Sequence[Defect]) -> None:
