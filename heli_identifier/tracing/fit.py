@@ -84,23 +84,6 @@ class Fit:
         inverse[np.ix_(free, free)] = np.linalg.inv(H[np.ix_(free, free)])
         return inverse
 
-    @cached_property
-    def dispersion(self) -> tuple[Array, Array]:
-        """Variances of the scores over those of the model, [H^-1 V H^-1]_jj / [H^-1]_jj, shape (n,) each.
-
-        V is the sum of squares of the scores of blocks of :data:`.settings.BLOCK` s, and V_L that of whole logs: V does
-        not contain what differs from log to log beyond the per-log parameters (a cable that lies differently, a drift
-        of the air). L logs determine V_L badly, so the blocks' V counts as one further log in it. For a single log V_L
-        is V. Sources: Huber 1967; White 1982; Liang and Zeger 1986 (clusters).
-        """
-        inverse, of_blocks = self.inverse, [scores.sum(1) for scores in self.quadratic.blocks]
-        model = np.maximum(np.diag(inverse), 1e-300)
-        V = np.asarray(((inverse @ np.concatenate(of_blocks).T) ** 2).sum(1) / model)
-        if (logs := len(of_blocks)) == 1:
-            return V, V
-        squares = ((inverse @ np.array([scores.sum(0) for scores in of_blocks]).T) ** 2).sum(1) / model
-        return V, np.asarray((squares * logs / (logs - 1) * logs + V) / (logs + 1))
-
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the coordinates, shape (P,) each."""

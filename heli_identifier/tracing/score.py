@@ -5,15 +5,15 @@ adds
 
     u = -(g_j - a.g_i),    I = H_jj - H_ji a,    a = H_ii^-1 H_ij,    S = u^2/(2 I phi)   [nats]
 
-at the minimum over i; u/I is its coefficient. phi >= 1 is the dispersion of the axis on which j acts: the mean square
-of the scores of blocks of :data:`.settings.BLOCK` s over their information. It is 1 where the air's colour is right. A
-coordinate of the fit has a dispersion of its own, over whole logs as well (:attr:`.Fit.dispersion`). The S of an effect
-in the model is the loss of the quadratic form without it, where other parameters may stop at a bound. An effect whose
-coefficient would have a sign that physics forbids has the score 0. If a law is tried with several shapes, the logarithm
-of their number is subtracted (Bonferroni).
+at the minimum over i; u/I is its coefficient. phi >= 1 is the dispersion: how many times the variances of the
+parameters from log to log are those of the model. It is 1 where the air's colour is right and logs are alike. The S of
+an effect in the model is the loss of the quadratic form without it, where other parameters may stop at a bound. An
+effect whose coefficient would have a sign that physics forbids has the score 0. If a law is tried with several shapes,
+the logarithm of their number is subtracted (Bonferroni).
 
 Sources: Cox and Hinkley, Theoretical Statistics, section 9.3 (efficient scores); McCullagh and Nelder, Generalized
-Linear Models, 2nd ed., section 4.5 (dispersion).
+Linear Models, 2nd ed., section 4.5 (dispersion); Smyth, Statistical Applications in Genetics and Molecular Biology 3
+(2004) article 3, section 6.2 (variances with few degrees of freedom, pooled).
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 from scipy.signal import lfilter
+from scipy.special import digamma
 
 from .fit import Fit, bounded_step
 from .noise import LOWEST, error_dynamics, match_steps
@@ -87,6 +88,18 @@ def fall_by(H: Array, g: Array, step: Array) -> float:
     return -float(g @ step + 0.5 * step @ H @ step)
 
 
+def pooled_dispersion(moves: Array, variances: Array) -> float:
+    """Variances by ``moves`` (d + 1, P) of parameters over those of the likelihood (P,), at least 1.
+
+    The geometric mean over the parameters that the logs determine better than their priors, whose variance is 1, do.
+    With d degrees of freedom each alone says little: four logs miss every second variance that is too small, and find
+    as many too small by chance. psi corrects the mean logarithm of a variance with d degrees of freedom.
+    """
+    known, d = (variances < 0.5) & moves.any(0), len(moves) - 1
+    ratios = (moves[:, known] ** 2).sum(0) / variances[known]
+    return max(1.0, float(np.exp(np.log(ratios).mean() - digamma(d / 2.0)) * d / 2.0)) if known.any() else 1.0
+
+
 class Scores:
     """The quadratic form of F around a fit with columns of all candidates, and the scores of any subset of them."""
 
@@ -141,23 +154,22 @@ class Scores:
 
     def redraw(self, truth: Array, rng: np.random.Generator) -> "Scores":
         """Return the same with random gradients around a step ``truth`` (n,): further flights of that plant."""
-        spread = np.sqrt(np.outer(self.dispersion, self.dispersion))
-        g = np.array([rng.multivariate_normal(-H @ truth, spread * H, check_valid="ignore", method="eigh")
+        g = np.array([rng.multivariate_normal(-H @ truth, self.dispersion * H, check_valid="ignore", method="eigh")
                       for H in self.quadratic.H])  # fmt: skip
         return self._with(quadratic=replace(self.quadratic, g=g))
 
     @cached_property
-    def dispersion(self) -> Array:
-        """Phi of every column, shape (n,): that of the axis it acts on most."""
-        information, blocks = self.quadratic.information, np.concatenate(self.quadratic.blocks)
-        axis_of = information.argmax(0)
-        phi = np.ones(len(information))
-        for axis in range(len(information)):
-            J = (axis_of == axis) & (information[axis] > 1.0)
-            if J.any():
-                squares = (blocks[:, axis, J] ** 2).sum(0)
-                phi[axis] = max(1.0, float(np.median(squares / np.diag(self.quadratic.H.sum(0))[J])))
-        return np.asarray(phi[axis_of])
+    def dispersion(self) -> float:
+        """Phi, by the scores of whole logs; of a single log by those of blocks of :data:`.settings.BLOCK` s."""
+        i = self.model_columns(self.selected)
+        base = [
+            k for k, j in enumerate(i) if j < self.P and self.coordinates[j].field in self.fitted.likelihood.rig.base
+        ]
+        C = np.linalg.inv(self.quadratic.total[0][np.ix_(i, i)])
+        blocks = self.quadratic.blocks
+        scores = np.array([of_log.sum(0) for of_log in blocks]) if len(blocks) > 1 else blocks[0]
+        moves = np.sqrt(len(scores) / max(len(scores) - 1, 1)) * (scores[:, i] @ C[:, base])
+        return pooled_dispersion(moves - moves.mean(0), np.diag(C)[base])
 
     @cached_property
     def units(self) -> dict[str, float]:
@@ -216,7 +228,7 @@ class Scores:
         for name in selected:
             if name in wanted:
                 j, least = self.chosen[name], self.minimum([other for other in selected if other != name])
-                lost = (fall - fall_by(self.H, self.g, least[0])) / float(self.dispersion[j]) - self.penalty[name]
+                lost = (fall - fall_by(self.H, self.g, least[0])) / self.dispersion - self.penalty[name]
                 value = self.units[name] * self.coordinates[j].value(float(self.x[j] + whole[0][j]))
                 outside = self._score_outside(least, {name: [j]})[name]  # without it others may stop at a bound
                 found[name] = replace(outside, score=max(lost, 0.0), value=value)
@@ -234,18 +246,18 @@ class Scores:
         raw = self.H[columns, columns]
         information = np.maximum(raw - (self.H[np.ix_(inside, columns)] * a).sum(0), 1e-12 * raw)
         u = -(g[columns] - a.T @ g[inside])
-        phi, seen = self.dispersion[columns], np.diag(self.quadratic.H.sum(0))
+        phi, seen = self.dispersion, np.diag(self.quadratic.H.sum(0))
         found: dict[str, Score] = {}
         for k, j in enumerate(columns):
             c = self.coordinates[j]
             x = self.x[j] + d[j] + u[k] / information[k]
             zero = c.coordinate(0.0)
             allowed = (x > zero and c.bounds[1] > zero) or (x < zero and c.bounds[0] < zero)
-            S = max(0.5 * u[k] ** 2 / information[k] / phi[k] - self.penalty[c.field], 0.0) if allowed else 0.0
+            S = max(0.5 * u[k] ** 2 / information[k] / phi - self.penalty[c.field], 0.0) if allowed else 0.0
             if c.field not in found or S > found[c.field].score:
                 unit = self.units[c.field]
                 at = float(np.clip(x, *c.bounds) if c.bend else x)  # a bent one has a pole beyond its bound
-                error = unit * c.slope(0.0) * np.sqrt(phi[k] / information[k])
+                error = unit * c.slope(0.0) * np.sqrt(phi / information[k])
                 found[c.field] = Score(
                     c.field, float(S), unit * c.value(at), float(error),
                     float(min(information[k] / seen[j], 1.0)) if seen[j] > 0.0 else 0.0, c.companions, int(j),

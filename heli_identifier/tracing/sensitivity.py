@@ -57,7 +57,7 @@ class Quadratic:
     g: Array
     """Gradient of each log, shape (L, n)."""
     blocks: list[Array]
-    """Scores (negative gradients) of blocks of :data:`.settings.BLOCK` s by the axis they come from, (B_l, a, n)."""
+    """Scores (negative gradients) of blocks of :data:`.settings.BLOCK` s of every log, shape (B_l, n)."""
     information: Array
     """Information of each axis before the per-log parameters are eliminated, shape (a, n)."""
     per_log_steps: list[tuple[Array, Array]]
@@ -101,13 +101,13 @@ def linearise(
         information += np.diagonal(H_axes, axis1=1, axis2=2)[:, kept[:n]]
         scores = scores @ T
         full = T.T @ H_axes.sum(0) @ T
-        gradient = sensitivities.log_determinant_slopes(i, sigma) @ T - scores.sum((0, 1))
+        gradient = sensitivities.log_determinant_slopes(i, sigma) @ T - scores.sum(0)
         inner = np.linalg.inv(full[n:, n:] + np.diag(likelihood.tau**-2.0))
         g_b = gradient[n:] + point.per_log[i] * likelihood.tau**-2.0
         D = inner @ full[n:, :n]
         H[i], g[i] = full[:n, :n] - full[:n, n:] @ D, gradient[:n] - g_b @ D
         covariance.append(inner)
-        blocks.append(scores[:, :, :n] - scores[:, :, n:] @ D)
+        blocks.append(scores[:, :n] - scores[:, n:] @ D)
         steps.append((-inner @ g_b, D))
         fall += 0.5 * float(g_b @ inner @ g_b)
     prior = np.concatenate((x, point.z.ravel()))
@@ -117,10 +117,10 @@ def linearise(
 def _normal_equations(
     sensitivities: "Sensitivities", i: int, sigma: Array, e: Array, motion: Array
 ) -> tuple[Array, Array]:
-    """H of every axis (a, n, n) and scores of blocks (B, a, n) of log ``i``; n is :attr:`Sensitivities.count`."""
+    """H of every axis (a, n, n) and scores of blocks (B, n) of log ``i``; n is :attr:`Sensitivities.count`."""
     record, n = sensitivities.likelihood.records[i], sensitivities.count
     held, length = record.held, record.block
-    H, scores = np.zeros((len(sigma), n, n)), np.zeros((-(-record.samples // length), len(sigma), n))
+    H, scores = np.zeros((len(sigma), n, n)), np.zeros((-(-record.samples // length), n))
     for rows, fast, slow in sensitivities.of_record(i, e, motion):
         block = rows.start // length
         for axis in range(len(sigma)):
@@ -134,7 +134,7 @@ def _normal_equations(
             H[axis][s[:, None], f] += cross.T
             H[axis][s[:, None], s] += wS @ S.T
             for j, values in ((f, _sums(wF * e_a, length)), (s, _sums(S * _sums(w * e_a, held), length // held))):
-                scores[block : block + values.shape[1], axis, j] -= values.T
+                scores[block : block + values.shape[1], j] -= values.T
     return H, scores
 
 

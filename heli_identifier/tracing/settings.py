@@ -65,8 +65,8 @@ SEEN_AT = 25.0
 fastest motion of a bench. Innovations keep the rate of the records."""
 
 BLOCK = 4.0
-"""Length [s] of the blocks whose scores make a dispersion, and of the segments of a bootstrap: ten times the
-correlation time of the air."""
+"""Length [s] of the blocks of a single log whose scores make a dispersion, of those of the instruments, and of the
+segments of a bootstrap: ten times the correlation time of the air."""
 
 DIFFERENCE = 0.02
 """Usual width of a finite difference, in coordinates whose priors are standard normal."""

@@ -10,11 +10,10 @@ from collections.abc import Collection, Sequence
 from itertools import combinations
 
 import numpy as np
-from scipy.special import digamma
 
 from .fit import Fit, covariance
 from .rig import Array
-from .score import Scores, fall_by
+from .score import Scores, fall_by, pooled_dispersion
 from .select import Selection, established_families, stepwise
 from .settings import KEPT
 from .statements import Agreement
@@ -39,21 +38,10 @@ def leave_logs_out(selection: Selection, plant: Fit) -> Array:
 
 
 def covariance_of_logs(plant: Fit, moves: Array) -> Array:
-    """Covariance (P, P) of a plant's coordinates as whole logs show it: the likelihood's, wider by one factor phi >= 1.
-
-    phi is the geometric mean of the jackknife's variances over the likelihood's, of those parameters of the model
-    before that the logs determine better than their priors do. ``moves`` are those of :func:`leave_logs_out`. A factor
-    of its own would have L - 1 degrees of freedom for each parameter: four logs miss every second one that is too
-    narrow, and widen as many at random. psi corrects the mean logarithm of a variance with so few. Source: Smyth,
-    Statistical Applications in Genetics and Molecular Biology 3 (2004) article 3, section 6.2.
-    """
-    C, d = covariance(plant), len(moves) - 1
-    known = np.diag(C) < 0.5  # the variance of a prior is 1
-    common = [i for i, name in enumerate(plant.fields) if name in plant.likelihood.rig.base]
-    ratios = np.array([moves[:, i] @ moves[:, i] / C[i, i] for i in common if known[i] and moves[:, i].any()])
-    if not len(ratios):
-        return C
-    return C * max(1.0, float(np.exp(np.log(ratios).mean() - digamma(d / 2.0)) * d / 2.0))
+    """Covariance (P, P) of a plant's coordinates: the likelihood's times the dispersion by :func:`leave_logs_out`."""
+    C = covariance(plant)
+    base = [i for i, name in enumerate(plant.fields) if name in plant.likelihood.rig.base]
+    return C * pooled_dispersion(moves[:, base], np.diag(C)[base])
 
 
 def left_out_gain(form: Scores, selected: Sequence[str], name: str = "", table: Collection[str] = ()) -> float:

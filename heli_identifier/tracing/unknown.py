@@ -173,12 +173,12 @@ def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[
     # beside air that follows it a torque looks smaller than it is
     while tried and tried[0].score > 0.5 * UNKNOWN and len(found) < len(selection.fit.likelihood.rig.axes):
         start, u = _fit_torque(selection.fit, tried.pop(0), found)
-        if _weigh_fall(selection, selection.fit.value - start.value, u).score < UNKNOWN:
+        if replace(u, nats=(selection.fit.value - start.value) / selection.form.dispersion).score < UNKNOWN:
             continue
         after = select(selection.null, candidates, start)
         more = len(after.findings) - len(selection.findings)
         fall = selection.plant.value - after.plant.value
-        weighed = _weigh_fall(after, fall, replace(u, freedom=max(u.freedom + more, 1.0)))
+        weighed = replace(u, nats=fall / after.form.dispersion, freedom=max(u.freedom + more, 1.0))
         named = sum(f.score.score for f in after.findings if f.effect.axis in (u.axis, "rotors"))
         if weighed.score > max(UNKNOWN, 0.25 * named) and _helps_others(after, u):  # no law is exact
             selection, found = after, [*found, weighed]
@@ -199,7 +199,7 @@ def _helps_others(after: Selection, u: Unknown) -> bool:
     for log in range(count):
         others = form.all_but(log)
         fall = others.fall(form.selected) - others.without(table).fall(form.selected)
-        if _weigh_fall(after, fall, u).score < NAMED:
+        if replace(u, nats=fall / after.form.dispersion).score < NAMED:
             return False
     return left_out_gain(form, form.selected, table=table) > 0.0
 
@@ -224,13 +224,6 @@ def _set_harmonics(fitted: Fit, unknowns: Sequence[Unknown]) -> Fit:
     rows = [[[*head, *x[2 * i : 2 * i + 2]] for head, x in heads] for i in range(count)]
     harmonics = tuple(np.array(sines, dtype=float).reshape(-1, 4) for sines in rows)
     return replace(fitted, point=replace(fitted.point, harmonics=harmonics))
-
-
-def _weigh_fall(selection: Selection, fall: float, u: Unknown) -> Unknown:
-    """Return an unknown torque the nats of its ``fall`` of F, over the dispersion of its axis."""
-    form, axis = selection.form, selection.fit.likelihood.rig.axes.index(u.axis)
-    phi = np.median(form.dispersion[form.quadratic.information.argmax(0) == axis])
-    return replace(u, nats=fall / float(phi))
 
 
 def _describe(fitted: Fit, u: Unknown) -> FoundEffect:
