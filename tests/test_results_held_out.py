@@ -1,5 +1,6 @@
 """Before and after on held-out logs: the true plant predicts exactly, ranks first in wind, and knows its own floor."""
 
+import re
 from dataclasses import replace
 from functools import partial
 from types import SimpleNamespace
@@ -117,9 +118,10 @@ def test_a_prediction_takes_no_reading_after_its_start():
 
 def test_a_fault_of_the_logs_is_no_error_of_the_model_before_and_none_of_a_free_run():
     logs = [noisy_log(TABLE_2, drive(40.0, seed), seed, name=f"log{seed}") for seed in (1, 2, 3)]
-    weak = [replace(log, voltages=log.voltages / (1.15, 1.0)) for log in logs]
-    diagnosis = diagnose(weak[:2], held_out=weak[2])
+    large = [replace(log, voltages=log.voltages / (0.85, 1.0)) for log in logs]
+    diagnosis = diagnose(large[:2], held_out=large[2])
     assert [fault.name for fault in diagnosis.faults] == ["scale"] and not diagnosis.effects
+    assert re.search(r"v_front is 1 - 0\.1[45]\d* times what is logged", diagnosis.notes[0])
     assert abs(diagnosis.held_out.gain.value) < 8.0  # the plants are the same
     for axis in ("pitch", "elevation"):
         report = diagnosis.axes[axis]
