@@ -97,15 +97,18 @@ def is_counted(time: Array, events: Sequence[Event], settled: bool = False) -> N
 
 
 def describe_events(logs: Sequence[Log], events: Sequence[Event]) -> tuple[str, ...]:
-    """Say which passages of each log were left out and how much of it is used, one sentence per log."""
+    """Say which passages of each log were left out and how much of it is used, one sentence per log.
+
+    Slips have sentences of their own, by `undo_slips`.
+    """
     notes = []
     for log in logs:
         of_log = sorted((event for event in events if event.log == log.name), key=lambda event: event.start)
-        if of_log:
-            listed = ", ".join(f"{e.axis} {e.start_in_file:.1f} to {e.end_in_file:.1f} s" for e in of_log)
+        if forces := [event for event in of_log if event.kind == "force"]:
+            listed = ", ".join(f"{e.axis} {e.start_in_file:.1f} to {e.end_in_file:.1f} s" for e in forces)
             used = float(is_counted(log.time, of_log).sum() * log.step)
             rest = f"{used:.1f} of {log.duration:.1f} s are used" if used else "nothing remains of it"
-            rest += ", so little that the log may not be of the rig of the others" if 2.0 * used < log.duration else ""
+            rest += ", so little that it may be a log of another rig" if 2.0 * used < log.duration else ""
             notes.append(
                 f"{log.name}: something other than the plant acted on it ({listed}); {rest} "
                 "(`heli diagnose --keep-events` keeps them)"
