@@ -132,8 +132,9 @@ def find_columns(table: Table, format: LogFormat) -> list[Column]:
         index, axis = places[signal][0], signal.removesuffix("_reference")
         problem = ""
         if len(places[signal]) > 1:
-            titles = ", ".join(repr(headers[place]) for place in places[signal])
-            problem = f"{signal} stands in {len(places[signal])} columns ({titles}); keep one, or name it"
+            titles = [repr(headers[place]) for place in places[signal]]
+            first = "" if len(set(titles)) > 1 else "give it a header of its own and "
+            problem = f"{signal} stands in {len(titles)} columns ({', '.join(titles)}); keep one, or {first}name it"
         elif owner := next((column.signal for column in columns if column.index == index), None):
             problem = f"column {headers[index]!r} is taken for {owner} and for {signal}; name the column of each"
         if problem:
@@ -173,9 +174,9 @@ def _describe_missing(
     columns, them = ("column", "it") if len(missing) == 1 else ("columns", "them")
     section = "[log.references]" if missing[0] in REFERENCES else "[log.columns]"
     unused = [text for index, text in enumerate(headers) if index not in taken]
-    proposal = (did_you_mean(texts[0], unused) if len(missing) == 1 else "") or "."
-    if not taken:
-        proposal = f"; `heli init {file}` looks into the log and writes one."
+    proposal = f"; `heli init {file}` looks into the log and writes one."
+    if len(missing) == 1:
+        proposal = did_you_mean(texts[0], unused) or "."
     listed = ", ".join(repr(text[:60]) for text in headers[:_MOST_HEADERS])
     more = f" and {len(headers) - _MOST_HEADERS} more" if len(headers) > _MOST_HEADERS else ""
     return (

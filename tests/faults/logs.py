@@ -129,6 +129,8 @@ TEXTS = (
     Fault("zeros behind the text, as a crashed logger leaves them", write("\n".join([HEADER, *ROWS, ""]).encode() + bytes(4096)), IDENTIFY, "it holds binary data"),
     Fault("30000 headers over rows of one cell", lines(",".join(HEADERS + [f"c{i}" for i in range(30_000)]), *(["1"] * 20_000)), IDENTIFY, "have fewer cells than its 30006 headers"),
     Fault("a pitch in radians and one in degrees", lines(f"{HEADER},pitch [deg]", *(f"{row},0" for row in ROWS)), IDENTIFY, "pitch stands in 2 columns"),
+    Fault("two columns with one header", lines(f"{HEADER},pitch [rad]", *(f"{row},0" for row in ROWS)), IDENTIFY, "keep one, or give it a header of its own and name it"),
+    Fault("names of the columns that are abbreviated", lines(HEADER.replace("v_front", "Vf").replace("v_rear", "Vb"), *ROWS), IDENTIFY, "`heli init log.csv` looks into the log"),
     Fault("milliseconds since 1970 under [s]", write(text([1.7e12 + 1e3 * columns()[0], *columns()[1:]])), IDENTIFY, "the rate of 0.1 Hz is below 50 Hz"),
     Fault("a Parquet file of 50 million rows in few bytes", endless, "heli identify log.parquet -o out", "more than 1000 MB"),
     Fault("a file of /proc, which has no size", nothing, "heli identify /proc/self/maps -o out", "is empty"),
