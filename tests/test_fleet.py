@@ -111,6 +111,8 @@ def own(value, named=True, untestable=False):
     ([own(c, False) for c in (0.015, 0.014, 0.015, 0.014)], Finding.NOT_SHOWN, "no effect repeats"),
     ([own(0.5), *(own(c, False) for c in (0.005, -0.004, 0.0))], Finding.OWN, "no effect repeats"),
     ([own(0.20), own(0.21), own(0.19)], Finding.REPEATS, f"{TITLE} repeats with a like coefficient"),
+    # five and six standard errors; the mean's interval, of one degree of freedom, holds zero
+    ([own(0.05), own(0.06)], Finding.REPEATS, f"{TITLE} repeats with a like coefficient"),
     # a spread of .03 is below half of the mean, but the errors of .01 do not allow one value
     ([own(0.20), own(0.26), own(0.17)], Finding.DIFFERS, f"{TITLE} differs from rig to rig"),
     # the interval of the mean spans zero
@@ -135,7 +137,7 @@ def test_a_rig_that_cannot_test_an_effect_or_has_it_as_mechanics_expects_is_left
     assert effects[FRICTION].finding == Finding.NOT_TESTABLE
     fleet, effects = over(*[rig({DEAD: 2.0}, [DEAD])] * 2)  # 2 V is the end of what is plausible
     assert "stands at the end" in fleet_html(fleet)
-    assert effects[DEAD].finding == Finding.OPEN and "stands at the end" in effects[DEAD].rigs[0].left_out
+    assert effects[DEAD].finding == Finding.UNCONFIRMED and "stands at the end" in effects[DEAD].rigs[0].left_out
     assert "not testable" in {cells[1] for cells in effect_table(fleet.effects).rows}
     # what a plant has as mechanics expects it is near 1 by its prior, whatever the logs say
     gravity = ("large_angle_gravity", "elevation")

@@ -226,6 +226,6 @@ def _classify_effect(name: str, axis: str, rigs: list[RigEstimate], mean: Pooled
         if not mean.alike:
             return Finding.DIFFERS
         return Finding.REPEATS if is_refuted else Finding.UNCONFIRMED
-    if named:
-        return Finding.OWN if mean else Finding.OPEN
+    if named:  # those of several rigs that have no mean cannot be compared
+        return Finding.OWN if mean else Finding.OPEN if named == 1 else Finding.UNCONFIRMED
     return Finding.NOT_TESTABLE if all(estimate.left_out for estimate in rigs) else Finding.NOT_SHOWN

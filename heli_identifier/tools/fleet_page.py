@@ -40,14 +40,14 @@ def fleet_html(fleet: Fleet) -> str:
 
 
 def fleet_sentence(fleet: Fleet) -> str:
-    """Say in one sentence what repeats over the rigs, of the effects that a rig names and whose mean has a sign."""
+    """Say in one sentence which of the effects that a rig names repeat, and which differ about a mean with a sign."""
     parts = []
     for finding, one, more in (
         (Finding.REPEATS, "repeats with a like coefficient", "repeat with like coefficients"),
         (Finding.DIFFERS, "differs from rig to rig", "differ from rig to rig"),
     ):
-        certain = (e for e in fleet.effects_with(finding) if e.named and e.pooled and e.pooled.has_sign)
-        if names := [title(effect) for effect in certain]:
+        said = (e for e in fleet.effects_with(finding) if e.pooled and (e.pooled.has_sign or e.pooled.alike))
+        if names := [title(effect) for effect in said if effect.named]:
             parts.append(f"{join_words(names)} {one if len(names) == 1 else more}")
     return f"Over {len(fleet.diagnoses)} rigs {'; '.join(parts) or 'no effect repeats'}."
 
