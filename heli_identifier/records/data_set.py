@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from heli_identifier.errors import LogError
+from heli_identifier.errors import HELI_TOML, LogError
 
-from .configuration import CONTRACT, LogFormat, RigConfiguration
+from .configuration import CONTRACT, LOWEST_LIMIT, LogFormat, RigConfiguration
 from .log import Log
 from .overlap import find_shared_flight
 from .plausibility import STANDING_STILL, why_still
@@ -86,7 +86,7 @@ def common_configuration(logs: Sequence[Log]) -> RigConfiguration | None:
 
 
 def check_excitation(logs: Sequence[Log]) -> None:
-    """Raise a LogError if a voltage or the difference of both is constant in all logs, or there is no log."""
+    """Raise a LogError without a log, or if in all logs a voltage or their difference is constant or no rotor turns."""
     if not logs:
         raise LogError("no log was given; name at least one file.")
     for what, weights in (("v_front", (1, 0)), ("v_rear", (0, 1)), ("v_front - v_rear", (1, -1))):
@@ -95,6 +95,12 @@ def check_excitation(logs: Sequence[Log]) -> None:
                 f"{', '.join(map(_path_or_name, logs))}: {what} is constant in every log, so there is nothing to "
                 "identify; excite the rig, for instance with the Exciter's square and chirp, or correct the columns."
             )
+    largest = max(float(np.abs(log.voltages).max()) for log in logs)
+    if largest < LOWEST_LIMIT:
+        raise LogError(
+            f"{', '.join(map(_path_or_name, logs))}: no voltage exceeds {largest:.2g} V, and below {LOWEST_LIMIT:g} V "
+            f"no rotor turns; state the unit of the voltages under [log.units] of {HELI_TOML}."
+        )
 
 
 def check_moving(logs: Sequence[Log]) -> None:

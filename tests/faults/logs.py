@@ -60,6 +60,7 @@ VALUES = (
     Fault("NaN in a voltage", at(FRONT, 9, np.nan), IDENTIFY, "row 11, column 'v_front [V]'"),
     Fault("1e308 V", at(FRONT, 9, 1e308), IDENTIFY, "v_front reaches 1e+308 V when read in V (at most 30), which no rig can; state the unit, v_front = \"mV\", under [log.units] of heli.toml (written by `heli init`); if these are commands before the amplifiers' limit, set clip = true"),
     Fault("v_front equal to v_rear throughout", changed(lambda v: v[REAR].__setitem__(slice(None), v[FRONT])), IDENTIFY, "v_front - v_rear is constant in every log"),
+    Fault("volts called millivolts", headed(v_front="v_front [mV]", v_rear="v_rear [mV]"), IDENTIFY, "no voltage exceeds 0.00"),
     Fault("a voltage that never changes", whole(FRONT, 1.0), IDENTIFY, "v_front is constant in every log"),
     Fault("a constant angle, to be diagnosed", whole(PITCH, 0.1), DIAGNOSE, "pitch never changes"),
     Fault("degrees called radians", changed(lambda v: v[PITCH].__imul__(57.3)), IDENTIFY, "pitch reaches"),
