@@ -88,7 +88,7 @@ def ssp(
     typer.echo(_with_size(path))
 
 
-@only_with(runs="parameters", seed="runs")
+@only_with(runs="parameters", seed="runs", start="log", end="log", config="log")
 def simulate(
     scenario: str = args.scenario_name("open_loop"),
     duration: float | None = option(None, "Length; by default the log's, or 60 s.", "SECONDS", "--duration", "-d"),

@@ -26,6 +26,7 @@ OPTIONS = (
     Fault("a factor beside a limit", parameters(), f"{CHECK} --limit 30", "--factor has no effect with --limit."),
     Fault("a seed without draws", nothing, "heli simulate open_loop --seed 3", "--seed has an effect only with --runs."),
     Fault("a start for no log", nothing, "heli compare a b --from 3", "--from has an effect only with --log."),
+    Fault("a start for a scenario without a log", nothing, "heli simulate open_loop --from 3", "--from has an effect only with --log."),
     Fault("FMI 3.0 of units in Python", nothing, "heli build -o out --fmi 3", "--fmi has an effect only with --native."),
     Fault("many runs without parameters", nothing, "heli simulate open_loop --runs 5", "--runs has an effect only with --parameters."),
     Fault("many runs without a standard error", parameters(), "heli simulate open_loop --runs 5 -p parameters.json", "states no standard error"),
