@@ -72,6 +72,9 @@ TEXTS = {
     "a header in a comment": ["# " + LINES[0], *rows()],
     "a row of units in brackets": [",".join(SIGNALS), ",".join(f"[{unit}]" for unit in UNITS), *rows()],
     "Excel's separator": ["sep=;", LINES[0].replace(",", ";"), *rows(separator=";")],
+    "names in quotation marks between blanks": [
+        " ".join(f'"{name}"' for name in CONTRACT_HEADERS), *rows(separator=" "),
+    ],
     "a separator at the end of each line": [f"{line}," for line in LINES],
     "separators at the end of each row, but of the header": [LINES[0], *(f"{line},,," for line in LINES[1:])],
     "decimal commas beside words": [line.replace(",", ";").replace(".", ",") + ";Köln, West" for line in LINES],

@@ -155,12 +155,11 @@ def _find_headers(lines: Sequence[str], separator: str) -> tuple[list[str], int,
 
 def _split_cells(line: str, separator: str) -> list[str]:
     """Split a line into its cells; a blank as the separator means any number of blanks."""
-    if separator == " ":
-        return _BLANKS.split(line.strip())
+    line = line.strip() if separator == " " else line
     if '"' in line:
         with suppress(csv.Error):  # an unclosed quotation mark stays in its cell
             return next(csv.reader([line + "\n"], delimiter=separator, skipinitialspace=True, strict=True), [])
-    return line.split(separator)
+    return _BLANKS.split(line) if separator == " " else line.split(separator)
 
 
 def _find_separator(lines: Sequence[str]) -> str:
