@@ -12,7 +12,9 @@ from heli_identifier.errors import ConfigurationError, LogError
 from heli_identifier.records import LogFormat, RigConfiguration, demo_files, find_suspicions, guess, read_log
 from heli_identifier.records.heli_toml import read_examples
 from heli_identifier.records.units import ANGLES, NAMED
+from heli_plant.parameters import TABLE_2
 from tests.commands import heli
+from tests.simulated import drive, noisy_log
 
 
 def test_the_template_holds_the_defaults_shows_every_key_and_all_of_them_can_be_switched_on(tmp_path):
@@ -115,6 +117,17 @@ def test_the_rows_of_an_unnamed_matrix_are_found_by_what_they_do_to_each_other(t
     assert np.allclose(log.voltages, TRUE.voltages, atol=1e-12)
     # An encoder of 4096 counts is off by half a count at most.
     assert np.abs(log.angles - TRUE.angles).max() <= np.pi / 4096 + 1e-9 and find_suspicions(log) == ()
+
+
+def test_the_rotors_are_the_columns_whose_sum_and_difference_the_file_holds_too(tmp_path):
+    """At a sum of 3 V, held to .02 V, a rotor with the sum explains the angles as well as both rotors do."""
+    total, difference = (drive(45.0) @ [[1.0, 1.0], [1.0, -1.0]]).T
+    total = 3.0 + 0.02 * (total - total.mean()) / total.std()
+    log = noisy_log(TABLE_2, 0.5 * np.column_stack((total + difference, total - difference)), 0)
+    rows = [log.time, *log.angles.T, difference, total, *log.voltages.T]
+    savemat(tmp_path / "log.mat", {"ans": np.vstack(rows)})
+    columns = guess(tmp_path / "log.mat").format.columns
+    assert (columns["v_front"], columns["v_rear"]) == ("ans(7,:)", "ans(8,:)")
 
 
 def test_a_file_without_headers_is_looked_into_and_one_of_few_columns_refused(tmp_path):

@@ -9,15 +9,16 @@ t and a pair of voltages is scored by the shares of the three accelerations that
     2 share(t'' by (v_f + v_r) sin p) + share(p'' by v_f - v_r) + share(e'' by v_f + v_r).
 
 The travel counts most: nothing else moves it, so nine tenths or more of it are explained even if a controller has made
-all signals depend on each other. The pair may be front and rear, or sum and difference. Columns that are the derivative
-of another one are no candidates. An encoder measures in steps, so a column with steps is preferred to a reference or an
-estimate of an angle.
+all signals depend on each other. The pair may be front and rear, or sum and difference. If a file holds both pairs,
+those two are the rotors whose sum and difference are there: if a controller holds the sum, other pairs explain as much.
+Columns that are the derivative of another one are no candidates. An encoder measures in steps, so a column with steps
+is preferred to a reference or an estimate of an angle.
 """
 
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import product
+from itertools import combinations, product
 from os import PathLike
 from pathlib import Path
 
@@ -55,6 +56,7 @@ _MOST_COLUMNS = 24  # that are searched; the work grows with the fourth power of
 _LARGEST = 1e9  # to which values are clipped; a column may hold anything
 _STEPS = (1.0 / 2100.0, 1.0 / 45.0)  # range of sampling intervals [s] in which a unit of the time is probable
 _FRONT_REAR_BONUS = 0.05  # by which front and rear are preferred to sum and difference if a file holds both
+_DIGITS = 0.05  # of the deviation of a voltage: error of a sum of voltages that the file holds with few digits
 _ENCODER_BONUS = 0.3  # by which an angle with the steps of an encoder is preferred
 _MIRRORED = (
     "no column is called front, so this log cannot say which rotor is the front one: the mirror image of the rig "
@@ -189,6 +191,9 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
     pairs = [(kind, i, j) for kind in kinds for i in options[kind[0]] for j in options[kind[1]] if i != j]
     if not pairs:
         return {}
+    rotors = _find_rotors(values, free)
+    allowed = np.array([kind == VOLTAGES and {i, j} in rotors for kind, i, j in pairs])
+    allowed |= not allowed.any()
     kind_of_pair, first, second = zip(*pairs, strict=True)
     is_front_rear = np.array([kind == VOLTAGES for kind in kind_of_pair])
     v, w = values[:, first], values[:, second]
@@ -202,12 +207,25 @@ def _choose_columns(candidates: Mapping[int, Array], named: Mapping[str, int], r
         travel = {t: 2.0 * fit_gains(signals, t, by_thrust).share + bonus[t] for t in options["travel"]}
         for e, t in product(elevation, travel):
             is_other = ~np.isin(np.transpose((first, second)), (p, e, t)).any(axis=1)
-            score = np.where(is_other, pitch + elevation[e] + travel[t], -np.inf)
+            score = np.where(is_other & allowed, pitch + elevation[e] + travel[t], -np.inf)
             at = int(score.argmax())
             if len({p, e, t}) == len(ANGLES) and score[at] > best + 1e-6:
                 best, places = float(score[at]), (first[at], second[at], p, e, t)
                 chosen = {signal: indices[i] for signal, i in zip((*kind_of_pair[at], *ANGLES), places, strict=True)}
     return chosen
+
+
+def _find_rotors(values: Array, free: Sequence[int]) -> list[set[int]]:
+    """Find the pairs among the ``free`` columns whose sum and difference are columns of ``values``, (M, k), as well."""
+    found = list[set[int]]()
+    for i, j in combinations(free, 2):
+        v, w = values[:, i], values[:, j]
+        others = np.delete(values, [i, j], axis=1)
+        allowed = _DIGITS * min(v.std(), w.std())  # both count
+        sums, *differences = (abs(others - made[:, None]).max(axis=0) < allowed for made in (v + w, v - w, w - v))
+        if sums.any() and np.any(differences):
+            found.append({i, j})
+    return found
 
 
 def _guess_unit(signal: str, header: str, values: Array) -> tuple[str, str, int | None]:
