@@ -159,17 +159,34 @@ class Scores:
         return self._with(quadratic=replace(self.quadratic, g=g))
 
     @cached_property
-    def dispersion(self) -> float:
-        """Phi, by the scores of whole logs; of a single log by those of blocks of :data:`.settings.BLOCK` s."""
-        i = self.model_columns(self.selected)
-        base = [
-            k for k, j in enumerate(i) if j < self.P and self.coordinates[j].field in self.fitted.likelihood.rig.base
-        ]
-        C = np.linalg.inv(self.quadratic.total[0][np.ix_(i, i)])
-        blocks = self.quadratic.blocks
+    def spread(self) -> tuple[Array, Array]:
+        """Moves (d + 1, n) of the fit's columns by single logs, and the variances (n,) of the sums of their squares.
+
+        Of a single log, the moves by its blocks of :data:`.settings.BLOCK` s.
+        """
+        i, blocks = self.model_columns(self.selected), self.quadratic.blocks
+        C = np.zeros_like(self.H)
+        C[np.ix_(i, i)] = np.linalg.inv(self.quadratic.total[0][np.ix_(i, i)])
         scores = np.array([of_log.sum(0) for of_log in blocks]) if len(blocks) > 1 else blocks[0]
-        moves = np.sqrt(len(scores) / max(len(scores) - 1, 1)) * (scores[:, i] @ C[:, base])
-        return pooled_dispersion(moves - moves.mean(0), np.diag(C)[base])
+        moves = np.sqrt(len(scores) / max(len(scores) - 1, 1)) * scores @ C
+        return moves - moves.mean(0), np.diag(C)
+
+    @cached_property
+    def dispersion(self) -> float:
+        """Phi."""
+        names, (moves, variances) = self.fitted.likelihood.rig.base, self.spread
+        base = [j for j, c in enumerate(self.fitted.coordinates) if c.field in names]
+        return pooled_dispersion(moves[:, base], variances[base])
+
+    def dispersion_of(self, name: str) -> float:
+        """Phi of an effect in the fit, where its own ratio of variances counts d times and that of all once.
+
+        A torque that drifts or differs from log to log looks like one law and moves other parameters little.
+        """
+        moves, variances = self.spread
+        j, d = self.of_field[name][0], len(moves) - 1
+        own = (moves[:, j] @ moves[:, j] * d / variances[j] + self.dispersion) / (d + 1.0)
+        return max(self.dispersion, float(own))
 
     @cached_property
     def units(self) -> dict[str, float]:

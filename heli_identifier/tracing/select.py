@@ -253,18 +253,21 @@ def _weigh_effect(
     effect, score = form.effects[name], scores[name]
     relatives = [other for other in selected if form.effects[other].family == effect.family]
     names, bound = form.fitted.names, form.fitted.at_bound
+    # members of a family share its torque differently from log to log
+    phi = form.dispersion_of(name) if name in names and len(relatives) == 1 else form.dispersion
+    score = replace(score, score=score.score * form.dispersion / phi)
     family = score.score
     if any(scores[other].score > scores[name].score for other in relatives):
         family = 0.0
     elif len(relatives) > 1:
         rest = [other for other in selected if other not in relatives]
-        family = (form.fall(selected) - form.fall(rest)) / form.dispersion - KEPT * (len(relatives) - 1)
+        family = (form.fall(selected) - form.fall(rest)) / phi - KEPT * (len(relatives) - 1)
     at_bound = any(bound[names.index(shape)] for shape in effect.shapes if shape in names)
     finding = Finding(effect, score, family, (), shape_at_bound=at_bound)
     if lost is None:
         return finding
     if finding.established:
-        by_refit = lost(relatives) / form.dispersion - form.penalty[name] - KEPT * (len(relatives) - 1)
+        by_refit = lost(relatives) / phi - form.penalty[name] - KEPT * (len(relatives) - 1)
         finding = replace(finding, refit_score=max(by_refit, 0.0))
     return replace(finding, alternatives=tuple(_alternatives(form, name, selected, score)))
 
