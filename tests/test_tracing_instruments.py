@@ -150,6 +150,7 @@ def test_a_prior_narrows_what_nothing_moved_and_leaves_the_rest():
 
 
 HZ = 100.0
+TIMES = np.arange(3000) / HZ
 LAW = Control(k_pp=8.0, k_dp=5.0, mu_s0=2.5, k_pe=4.0, k_de=6.0, rate_bandwidth=12.0, integral_limit=1e9)
 
 
@@ -176,12 +177,14 @@ def test_what_the_pilot_asked_for_is_accepted_in_nine_of_ten_logs_and_feedback_i
     refused = [refusal(log.references["pitch"], log.angles, HZ) for log in logs]
     assert refusal(np.full(len(logs[0].angles), 0.3), logs[0].angles, HZ) == "it never moves"
     assert sum(reason is not None for reason in refused) <= 1
-    # voltages and rates are never still; state feedback that is held in steps is told by the outputs' past
+    sines, ramps = np.sin(0.08 * np.pi * TIMES), np.interp(TIMES, np.arange(0.0, 31.0, 5.0), [0, 1, -1, 2, 0, 1, 0])
+    assert refusal(sines, logs[0].angles, HZ) is refusal(ramps, logs[0].angles, HZ) is None
+    # nobody plans voltages and rates; state feedback that is held in steps is told by the outputs' past
     for log in logs[:4]:
         assert refusal(log.voltages[:, 0] - log.voltages[:, 1], log.angles, HZ)
         assert refusal(np.gradient(log.angles[:, 0]), log.angles, HZ)
         held = np.repeat((2.0 * log.angles[:, 0] + np.gradient(log.angles[:, 0], 1 / HZ))[::25], 25)
-        assert "feedback" in refusal(held, log.angles, HZ, steps=False)
+        assert "feedback" in refusal(held, log.angles, HZ, planned=False)
 
 
 @pytest.mark.parametrize("integral", [0.0, 1.5])

@@ -150,21 +150,21 @@ def feedback(log: Log) -> bool:
     return any(added > ADDED_R2 and p_value < 1e-4 for added, p_value in tests)
 
 
-def refusal(signal: Array, angles: Array, rate_hz: float, *, steps: bool = True) -> str | None:
+def refusal(signal: Array, angles: Array, rate_hz: float, *, planned: bool = True) -> str | None:
     """Say why a signal (N,) beside angles (N, 3) is no reference; None if it is one.
 
-    It has to be still in at least half of the samples (``steps``), where it moves by less than a twentieth of its range
-    in a second, and past outputs must not predict it.
+    It has to be ``planned``, as steps, ramps and sines are: in at least half of the samples its own past predicts it to
+    a twentieth of its range in a second. And past outputs must not predict it.
     """
     every, lags = max(1, round(rate_hz / 10.0)), 5  # 10 Hz and five samples: the loop's last half second
     slow, outputs = np.asarray(signal, dtype=float)[::every], _past(angles[::every], lags + 1)
     span = float(np.ptp(slow))
     if not span > 1e-9 * max(1.0, float(np.abs(slow).max())):
         return "it never moves"
-    still = float(np.mean(np.abs(np.diff(slow)) * rate_hz / every < 0.05 * span))
-    if steps and still < 0.5:
-        return f"it is still in {100.0 * still:.0f} % of the samples, a reference in at least 50 %"
     past, target = np.column_stack([_past(np.diff(slow)[:, None], lags), slow[lags:-1]]), np.diff(slow)[lags:]
+    predicted = float(np.mean(np.abs(_residual(target, past)) * rate_hz / every < 0.05 * span))
+    if planned and predicted < 0.5:
+        return f"its own past predicts {100.0 * predicted:.0f} % of its samples, that of a plan at least 50 %"
     added, p_value = _added_r2(target, past, outputs)
     if added <= ADDED_R2 or p_value > 1e-3:
         return None
@@ -314,7 +314,7 @@ class _Law:
         law = Controller(self.channel, gains, rates, periods * self.h)
         if share < OUTSIDE_SHARE:
             return law, None, f"{100.0 * share:.0f} % of it comes from outside, {100.0 * OUTSIDE_SHARE:g} % is needed"
-        if reason := refusal(outside, self.log.angles[self.rows], 1.0 / self.h, steps=False):
+        if reason := refusal(outside, self.log.angles[self.rows], 1.0 / self.h, planned=False):
             return None, None, f"no usual control law fits, and {reason.replace('it', 'what remains', 1)}"
         return law, np.interp(np.arange(len(self.log.angles)), self.rows, outside), ""
 
