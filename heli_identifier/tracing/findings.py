@@ -121,11 +121,13 @@ def log_faults(selection: Selection, defects: Sequence[Defect]) -> tuple[LogFaul
 def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | None:
     """State the motors' lag if it differs from the given one beyond doubt, by more than logs are timed; else None.
 
-    A delay of the voltages, in the rig or in its log, may explain the timing about as well.
+    A delay of the voltages, in the rig or in its log, may explain the timing about as well. At the limit of its range
+    the lag is that of no motor, and something else is likelier.
     """
+    at_limit = fitted.at_bound[fitted.fields.index(LAG_FIELD)]
     lag, effects = lag_score(fitted, C), {effect.field: effect for effect in fitted.likelihood.rig.effects}
     given = LAG_FIELD not in effects  # by the configuration: it is part of the model before
-    if given or lag.score <= NAMED or abs(lag.value) < TIMED:
+    if given or at_limit or lag.score <= NAMED or abs(lag.value) < TIMED:
         return None
     form = selection.form.without([LAG_FIELD])
     rivals = [e for e in form.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
