@@ -14,7 +14,7 @@ from benchmarks.rigs import likelihood_of, log_of, windy_logs
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 from heli_identifier.tracing.fit import fit
-from heli_identifier.tracing.identification import _estimate_outside, identify_plant
+from heli_identifier.tracing.identification import _estimate_outside, _show_timing, identify_plant
 from heli_identifier.tracing.instruments import Regression, Term, instruments
 from heli_identifier.tracing.references import controllers_of, feedback, find_references, refusal
 from heli_identifier.tracing.statements import Determination
@@ -234,3 +234,13 @@ def test_what_comes_from_outside_does_not_take_the_timing_of_the_voltages_from_t
     late = replace(plant, point=replace(plant.point, parameters=plant.parameters._replace(motor_lag_rotors=0.1)))
     found = [_estimate_outside(own, logs, references).axes for own in (plant, late)]
     np.testing.assert_array_equal(*(np.concatenate([axis.values for axis in axes]) for axes in found))
+
+
+@pytest.mark.parametrize(("seed", "quiet"), [(11, False), (501, True)])
+def test_a_delay_of_the_rotors_is_sought_only_where_references_move_pitch_or_elevation(seed, quiet):
+    """In quiet flights a delay beside gains that are too small fits the air's colour, and references move nothing."""
+    logs = windy_logs(windy_rig(seed, "ou", quiet, effects="bare", counts={"a": 3}), "a")
+    likelihood, references = likelihood_of(logs), find_references(logs)
+    plant = fit(likelihood, likelihood.rig.base)
+    assert references.closed_loop and _show_timing(plant, logs, references) != quiet
+    assert _show_timing(plant, logs, replace(references, closed_loop=False))

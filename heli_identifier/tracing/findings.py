@@ -15,7 +15,7 @@ from heli_identifier.chain import TIMING, Defect
 from heli_identifier.online import CONTRADICTION, Estimate
 
 from .fit import Fit, covariance
-from .helicopter import LAG_FIELD
+from .helicopter import DELAY, LAG_FIELD
 from .instruments import InstrumentEstimates
 from .rig import Array, Effect, Parameters
 from .score import Score
@@ -133,6 +133,8 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
     rivals = [e for e in form.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
     scores = form.scores(form.selected, among=[e.field for e in rivals])
     alternatives = tuple(e for e in rivals if e.field in scores and scores[e.field].score > lag.score - KEPT)
+    if DELAY in effects and DELAY not in form.effects:  # these logs do not show one
+        alternatives += (effects[DELAY],)
     return found_effect(Finding(effects[LAG_FIELD], lag, lag.score, alternatives), fitted, C)
 
 
@@ -152,7 +154,7 @@ def catalogue_verdicts(
 def _verdict(effect: Effect, score_of: Score | None, stated: FoundEffect | None) -> CatalogueVerdict:
     """Return the verdict on an entry; ``stated`` is not None if it is an effect of the diagnosis."""
     if score_of is None:
-        zero, why = Estimate(0.0, None, effect.unit), "a defect of the logs looks like it"
+        zero, why = Estimate(0.0, None, effect.unit), "a defect of the logs, or the air alone, looks like it"
         return CatalogueVerdict(effect.name, effect.axis, Verdict.NOT_TESTABLE, zero, 0.0, 0.0, None, why, "")
     verdict, estimate = Verdict.NOT_SHOWN, Estimate(score_of.value, score_of.standard_error, effect.unit)
     score, experiment, unit = score_of.score, "", _unit_suffix(effect.unit)

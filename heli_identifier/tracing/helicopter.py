@@ -41,7 +41,7 @@ from .noise import physical
 from .rig import Array, Coordinate, Effect, Record
 from .settings import CATALOGUE_WIDTHS, DIFFERENCE, GAIN_WIDTH, PER_LOG, TIMED, DiagnosisSettings
 
-LAG_FIELD = "motor_lag_rotors"
+LAG_FIELD, DELAY = "motor_lag_rotors", "input_delay_rotors"
 BASE = (*ModelParameters._fields, LAG_FIELD)
 """Parameters that every fit estimates: the eleven of Table 2, and the motors' lag beyond T_m."""
 

@@ -26,7 +26,7 @@ from heli_identifier.records import ANGLES, Event, Log, check_excitation, check_
 
 from .findings import catalogue_verdicts, estimates, found_effect, lag_effect, parameter_reports
 from .fit import Fit, covariance, fit, fit_log_spread
-from .helicopter import LAG_WIDTH, Rig, helicopter
+from .helicopter import DELAY, LAG_FIELD, LAG_WIDTH, Rig, helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
 from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, refuse_unlimited, sign_notes
@@ -34,7 +34,7 @@ from .pushes import find_pushes
 from .references import References, find_references
 from .rig import Effect, average_blocks
 from .select import Finding, Selection, fit_delivered, select
-from .settings import KEPT, ROUNDS, SETTLING, TIMED, DiagnosisSettings
+from .settings import CONFIRMED, KEPT, ROUNDS, SETTLING, TIMED, DiagnosisSettings
 from .stability import covariance_of_logs, halves_agree, leave_logs_out, left_out_gain
 from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
 from .unknown import search_unknown
@@ -170,6 +170,11 @@ def identify_plant(
     if aligned is not selection.fit or pushed:
         tell("searching the catalogue again without these", 0.4)
         selection, unknown = _search(Likelihood.of(training, rig), candidates, defects, given.voltage_limit)
+    references = find_references(training)
+    if DELAY in selection.form.selected and not _show_timing(selection.fit, training, references):
+        tell("searching the catalogue again without a delay", 0.5)
+        candidates = tuple(e for e in candidates if e.field != DELAY)
+        selection, unknown = _search(Likelihood.of(training, rig), candidates, defects, given.voltage_limit)
     gains, dropped = _weigh_possible(selection)
     plant = fit_delivered(selection, dropped)
     chosen = [finding.effect.field for finding in selection.findings if finding.effect.fault is None]
@@ -180,7 +185,6 @@ def identify_plant(
     moves = leave_logs_out(selection, plant)
     C = covariance_of_logs(plant, moves)
     tell("asking the references", 0.6)
-    references = find_references(training)
     outside = _estimate_outside(plant, training, references)
     listed = mark_events(used, (*events, *pushes)) if given.keep_events else used
     return Identification(
@@ -261,6 +265,22 @@ def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -
         if abs(lag - used) < TIMED:
             break
     return found
+
+
+def _show_timing(plant: Fit, logs: Sequence[Log], references: References) -> bool:
+    """Whether something from outside moves pitch or elevation, so that logs can show a delay of the rotors.
+
+    Where only air does, a controller's voltages follow the air, and a delay with too small a gain fits its colour. Nor
+    is a delay that takes the place of the motors' whole lag that of a rig.
+    """
+    if not references.closed_loop:
+        return True
+    if plant.at_bound[plant.names.index(LAG_FIELD)]:
+        return False
+    outside, gains = _estimate_outside(plant, logs, references), plant.likelihood.rig.positive_gains
+    shares = [s for axis in (outside.axes if outside else ()) for n, s in zip(axis.parameters, axis.shares, strict=True)
+              if n in gains]  # fmt: skip
+    return max(shares, default=0.0) >= CONFIRMED
 
 
 def _lag_by_references(given: Rig, found: InstrumentEstimates, used: float) -> float:
