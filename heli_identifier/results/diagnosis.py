@@ -187,7 +187,8 @@ class DiagnosisFile:
     """Coefficients and shapes of the effects of the corrected plant and the tables of its unknown torques, by field."""
     parameters: Mapping[str, ParameterReport]
     """[What each parameter of the corrected plant rests on](../explanation/tracing.md#what-a-value-rests-on). A gain is
-    the slope of the thrust at the logs' median voltage, `settings.operating_point`."""
+    the slope of the thrust at the logs' median voltage, `settings.operating_point`, and k_y the thrust per volt
+    there."""
     axes: Mapping[str, AxisReport]
     """Errors on the held-out logs and use, by axis. Where a controller flew, errors 1 s and 2 s ahead decide
     nothing."""

@@ -181,8 +181,8 @@ class Rig:
     def read(self, p: PlantParameters, field: str) -> float:
         """Return the value of one parameter as it acts at the operating point.
 
-        For a gain this is the slope, for the coefficient of a law that the thrust drives the coefficient per volt, and
-        for a_1 its difference from the lift, the acceleration [rad/s^2] of the elevation by the thrust.
+        For k_x and k_z this is the slope, for k_y and coefficients of laws that the thrust drives the value per volt,
+        and for a_1 its difference from the lift, the acceleration [rad/s^2] of the elevation by the thrust.
         """
         if field == WEIGHT:
             return float(p.a_1) - self._lift(p)

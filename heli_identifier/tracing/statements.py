@@ -159,7 +159,7 @@ class ParameterReport:
     """A parameter of the corrected plant and what its value rests on."""
 
     estimate: Estimate
-    """Of a gain the slope at the operating point."""
+    """Of k_x and k_z the slope at the operating point, of k_y, since a lean turns the whole thrust, the value per volt."""
     determination: Determination
     """`determined from outside`, `rests on the noise model` or `not determined`."""
     outside_share: float | None
