@@ -159,7 +159,7 @@ class ParameterReport:
     """A parameter of the corrected plant and what its value rests on."""
 
     estimate: Estimate
-    """Of k_x and k_z the slope at the operating point, of k_y, since a lean turns the whole thrust, the value per volt."""
+    """Of k_x and k_z the slope at the operating point, of k_y the value per volt: a lean turns the whole thrust."""
     determination: Determination
     """`determined from outside`, `rests on the noise model` or `not determined`."""
     outside_share: float | None
