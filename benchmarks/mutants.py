@@ -2,8 +2,7 @@
 
 Each mutant changes one comparison, sign, product, number, min or max, or drops a ``raise``. Test files run in a copy of
 the tree, those first that name the changed module, until one fails or ``--budget`` seconds are over. ``--sample``
-mutants are drawn with ``--seed``, in files ``--below`` a folder; those that survive are tried with the tests of the
-commit ``--against`` as well.
+mutants are drawn with ``--seed``, in files ``--below`` a folder; ``--against COMMIT`` tries the tests of that as well.
 """
 
 import os
@@ -138,9 +137,7 @@ def mutants(
         common.sort(key=lambda mutant: next(turns[mutant.kind]))  # kinds take turns
         rows = []
         for mutant in islice(filter(trees[0].is_program, common), sample):
-            answers = list[str]()
-            for tree in trees:
-                answers.append("" if "killed" in "".join(answers) else tree.try_mutant(mutant, budget))
+            answers = (tree.try_mutant(mutant, budget) for tree in trees)
             rows.append((mutant.kind, mutant.path, mutant.line, *answers))
             print(*rows[-1], sep=" | ", file=sys.stderr, flush=True)
     print(table(("kind", "file", "line", *commits), rows))

@@ -196,14 +196,8 @@ def _bound(effect: Effect, estimate: Estimate) -> float:
     return max(high, estimate.standard_error or 0.0) if effect.lower >= 0.0 else max(abs(low), abs(high))
 
 
-def parameter_reports(
-    fitted: Fit, C: Array, outside: InstrumentEstimates | None, moves: Array
-) -> dict[str, ParameterReport]:
-    """State for every base parameter of a fit what its value rests on.
-
-    ``C`` (P, P) is the covariance of the coordinates, at least that of ``moves`` (L, P), the result of
-    :func:`.stability.leave_logs_out`. ``outside`` is None where nothing came from outside.
-    """
+def parameter_reports(fitted: Fit, C: Array, outside: InstrumentEstimates | None) -> dict[str, ParameterReport]:
+    """State for every base parameter of a fit, with covariance ``C`` (P, P), what its value rests on."""
     rig, reports = fitted.likelihood.rig, {}
     by_instruments = {
         name: (Estimate(float(value), float(half) / 1.96, rig.units[name]), float(share))
@@ -227,10 +221,6 @@ def parameter_reports(
             determination = Determination.NOT_DETERMINED
             why = "it trades off against the timing of the voltages in the log"
         experiment = "" if determination is Determination.OUTSIDE else rig.experiments.get(name, "")
-        if determination is Determination.NOT_DETERMINED and not contradicted:
-            for record, of_log in zip(fitted.likelihood.records, moves, strict=True):
-                if 2.0 * of_log[i] ** 2 > C[i, i]:  # most of the interval, so one log at most
-                    why = f"{why}, as the log {record.name} moves it"
         reports[name] = ParameterReport(
             estimate, determination, share, instrument, contradicted, (low, high), why, experiment
         )

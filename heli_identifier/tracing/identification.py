@@ -182,14 +182,13 @@ def identify_plant(
         acting = tuple(finding for finding in selection.findings if finding.effect.field not in idle)
         selection = replace(selection, findings=acting)
         plant = fit_delivered(selection, [*dropped, *idle])
-    moves = leave_logs_out(selection, plant)
-    C = covariance_of_logs(plant, moves)
+    C = covariance_of_logs(plant, leave_logs_out(selection, plant))
     tell("asking the references", 0.6)
     outside = _estimate_outside(plant, training, references)
     listed = mark_events(used, (*events, *pushes)) if given.keep_events else used
     return Identification(
         training, kept, selection, unknown, defects, prompt, plant, C, gains, references, outside,
-        parameter_reports(plant, C, outside, moves), tuple(event for log in listed for event in log.events),
+        parameter_reports(plant, C, outside), tuple(event for log in listed for event in log.events),
         halves_agree(selection.form),
         (*slips, *shifted, *sign_notes(estimates(selection.null, covariance(selection.null), rig.gains))),
     )  # fmt: skip
