@@ -75,15 +75,6 @@ class Fit:
         """Quadratic form of F."""
         return linearise(self.likelihood, self.point, self.coordinates, self.x, self.sigma)
 
-    @cached_property
-    def inverse(self) -> Array:
-        """Inverse Hessian (n, n) of F with coordinates at a bound held."""
-        H, _ = self.quadratic.total
-        free = np.concatenate((~self.at_bound, np.ones(len(H) - len(self.x), dtype=bool)))
-        inverse = np.zeros_like(H)
-        inverse[np.ix_(free, free)] = np.linalg.inv(H[np.ix_(free, free)])
-        return inverse
-
     @property
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of the coordinates, shape (P,) each."""
@@ -299,7 +290,8 @@ def covariance(fitted: Fit) -> Array:
 
     A coordinate at a bound does not move the others; its variance is the one without the bound.
     """
-    P = len(fitted.fields)
-    C, bound = fitted.inverse[:P, :P].copy(), np.flatnonzero(fitted.at_bound[:P])
-    C[bound, bound] = np.diag(np.linalg.inv(fitted.quadratic.total[0]))[bound]
-    return C
+    P, (H, _) = len(fitted.fields), fitted.quadratic.total
+    free = np.flatnonzero(np.append(~fitted.at_bound, np.ones(len(H) - len(fitted.x), dtype=bool)))
+    C = np.diag(np.diag(np.linalg.inv(H)))
+    C[np.ix_(free, free)] = np.linalg.inv(H[np.ix_(free, free)])
+    return C[:P, :P]
