@@ -111,34 +111,40 @@ class Likelihood:
         Of innovations ``e`` (N_i, a) [rad] of the ``records``, by default of all: N (ln sigma - 1/2) + sum of
         rho(e / sigma) with N sigma^2 = sum of w e^2, w Huber's weights; sigma = 1 on an axis where nothing counts.
         """
+        terms = (self._data_term(axis, [e_r[:, axis] for e_r in e], records) for axis in range(len(self.rig.axes)))
+        F, scales = zip(*terms, strict=True)
+        return np.array(F), np.array(scales)
+
+    def _data_term(self, axis: int, e: Sequence[Array], records: Sequence[Record] | None = None) -> tuple[float, float]:
+        """One axis of :meth:`data_terms`, of its innovations ``e`` (N_i,) [rad]."""
         used = self.records if records is None else records
-        F, scales = np.zeros(len(self.rig.axes)), np.ones(len(self.rig.axes))
-        for axis in range(len(F)):
-            size = np.concatenate([np.abs(e_r[:, axis]) * r.weights[:, axis] for r, e_r in zip(used, e, strict=True)])
-            count = float(sum(r.weights[:, axis].sum() for r in used))
-            if count == 0.0:
-                continue
-            sigma = np.sqrt(size @ size / count)
-            for _ in range(30):
-                near = np.minimum(size, OUTLIER * sigma)
-                last, sigma = sigma, max(float(np.sqrt(size @ near / count)), 1e-12)
-                if abs(sigma - last) <= 1e-6 * last:
-                    break
-            loss = (size @ near - 0.5 * near @ near) / sigma**2
-            F[axis], scales[axis] = count * (np.log(sigma) - 0.5) + loss, sigma
-        return F, scales
+        size = np.concatenate([np.abs(e_r) * r.weights[:, axis] for r, e_r in zip(used, e, strict=True)])
+        count = float(sum(r.weights[:, axis].sum() for r in used))
+        if count == 0.0:
+            return 0.0, 1.0
+        sigma = np.sqrt(size @ size / count)
+        for _ in range(30):
+            near = np.minimum(size, OUTLIER * sigma)
+            last, sigma = sigma, max(float(np.sqrt(size @ near / count)), 1e-12)
+            if abs(sigma - last) <= 1e-6 * last:
+                break
+        loss = (size @ near - 0.5 * near @ near) / sigma**2
+        return float(count * (np.log(sigma) - 0.5) + loss), float(sigma)
 
     def compare_airs(self, point: Point, e: Sequence[Array], airs: Sequence[Array]) -> Array:
         """Return the terms (J, a) of F [nats] that depend on the air, in each of J ``airs`` (5, a).
 
-        ``e`` (N_i, a) [rad] are the innovations in the air of the point.
+        ``e`` (N_i, a) [rad] are the innovations in the air of the point. The axes follow each other: in all airs the
+        innovations of one are large.
         """
-        under = list[Array]()
-        for record, e_r in zip(self.records, e, strict=True):
-            old, new = self.filters(record, point), self.filters(record, point, airs)
-            columns = [recolour(e_r[:, i], axis, new[i :: len(old)]) for i, axis in enumerate(old)]
-            under.append(np.stack(columns, axis=2))
-        F, sigma = map(np.array, zip(*map(self.data_terms, zip(*under, strict=True)), strict=True))
+        filters = [(self.filters(record, point), self.filters(record, point, airs)) for record in self.records]
+        F, sigma = np.zeros((2, len(airs), len(self.rig.axes)))
+        for i in range(len(self.rig.axes)):
+            under = [
+                recolour(e_r[:, i], old[i], new[i :: len(old)]) for e_r, (old, new) in zip(e, filters, strict=True)
+            ]
+            for j in range(len(airs)):
+                F[j, i], sigma[j, i] = self._data_term(i, [of_airs[j] for of_airs in under])
         return np.asarray(F + self.log_determinants(point, sigma, airs) + 0.5 * (np.array(airs) ** 2).sum(1))
 
     def log_determinants(self, point: Point, sigma: Array, airs: Sequence[Array] = ()) -> Array:
