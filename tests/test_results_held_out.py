@@ -16,8 +16,9 @@ from heli_identifier.records import Event, Log
 from heli_identifier.results import Use, diagnose, errors_ahead, rms_figures
 from heli_identifier.results.held_out import _thin_errors, compare, judge_use, likelihood_of, undo_in_log
 from heli_identifier.results.prediction import HORIZONS, Model, Run, answer_deviation, simulate_record
-from heli_identifier.tracing import Determination, ParameterReport, coordinates_of, fit, helicopter
-from heli_identifier.tracing.findings import _judge_parameter
+from heli_identifier.tracing import Determination, ParameterReport, coordinates_of, fit, helicopter, select
+from heli_identifier.tracing.findings import _judge_parameter, lag_effect, lag_score
+from heli_identifier.tracing.fit import covariance
 from heli_identifier.tracing.references import controllers_of
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.settings import NOISE_WIDTH, PER_LOG
@@ -274,6 +275,18 @@ def test_use_follows_from_the_gain_and_from_predictions_and_what_a_gain_rests_on
     assert (word, contradicted) == (Determination.NOT_DETERMINED, False) and "0.20 ± 0.27" in why
     assert _judge_parameter(gain, replace(beside, value=-0.5), 0.1, 0.07, True)[2]  # 0.70 apart, intervals reach 0.47
     assert _judge_parameter(replace(gain, standard_error=0.01), beside, 0.1, 0.07, True)[2]
+
+
+def test_motors_without_a_lag_are_no_finding():
+    """No motor follows its voltage at once: a lag at the limit of its range, however certain, is something else."""
+    at_once, logs = TABLE_2._replace(T_m=0.002), list[Log]()
+    for seed in (1, 2):
+        v = drive(60.0, seed)
+        logs.append(Log(f"log{seed}", 1.0 / H, v, recorded(at_once, v, seed, 0.3 * torque(len(v), seed))))
+    likelihood = nothing_fitted(logs)
+    selection = select(fit(likelihood, likelihood.rig.base), [])
+    C = covariance(selection.fit)
+    assert lag_score(selection.fit, C).score > 100.0 and lag_effect(selection, selection.fit, C) is None
 
 
 def test_plant_and_recovered_controller_fly_a_log_again():
