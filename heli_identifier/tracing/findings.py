@@ -130,7 +130,7 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
     if given or at_limit or lag.score <= NAMED or abs(lag.value) < TIMED:
         return None
     form = selection.form.without([LAG_FIELD])
-    rivals = [e for e in form.effects.values() if e.name == "input_delay" or e.family.startswith("timing of")]
+    rivals = [e for e in form.effects.values() if e.field == DELAY or e.family.startswith("timing of")]
     scores = form.scores(form.selected, among=[e.field for e in rivals])
     alternatives = tuple(e for e in rivals if e.field in scores and scores[e.field].score > lag.score - KEPT)
     if DELAY in effects and DELAY not in form.effects:  # these logs do not show one

@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 
 from heli_identifier.online import GAINS, ModelParameters
-from heli_identifier.records import Log
+from heli_identifier.records import Log, highest_voltage
 from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, effect_of
 from heli_plant.effects import Effect as Law
 from heli_plant.laws import motor_input, thrust_voltage
@@ -280,10 +280,10 @@ def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -
     settings, voltages = settings or DiagnosisSettings(), np.concatenate([log.voltages for log in logs])
     given = {name: (value.value, value.standard_error or 0.0) for name, value in settings.effects.items()}
     fixed = {"theta0": settings.rest_pitch, "k_z": settings.elevation_gain, **given}
-    largest, lowest = float(abs(voltages).max()), min(float(log.angles[:, 1].min()) for log in logs)
+    lowest = min(float(log.angles[:, 1].min()) for log in logs)
     parameters = PlantParameters(
         **{
-            "T_m": settings.motor_time_constant, "v_max": max(settings.voltage_limit, largest),
+            "T_m": settings.motor_time_constant, "v_max": highest_voltage(logs, settings.voltage_limit)[0],
             "theta0": settings.rest_pitch or 0.0, "k_z": settings.elevation_gain or 0.0,
             HORIZONTAL: -(settings.horizontal or 0.0), **{name: value for name, (value, _) in given.items()},
         }

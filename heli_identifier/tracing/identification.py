@@ -160,7 +160,8 @@ def identify_plant(
     faults = (e for e in FAULT_EFFECTS if e.name != "late" or e.axis not in prompt)
     candidates = (*(e for e in rig.candidates if e.family not in imitated), *faults)
     tell("fitting the model and searching the catalogue", 0.1)
-    selection, unknown = _search(Likelihood.of(used[:count], rig), candidates, defects, given.voltage_limit)
+    null = _fit_null(Likelihood.of(used[:count], rig), given.voltage_limit)
+    selection, unknown = _search(null, candidates, defects)
     tell("looking for passages in which something else acts", 0.3)
     aligned, used, shifted = align_zeros(selection.fit, used)
     pushes = find_pushes(aligned, mark_events(used, events) if given.keep_events else used)
@@ -169,12 +170,13 @@ def identify_plant(
     pushed = {push.log for push in pushes} & {log.name for log in training if log.events}
     if aligned is not selection.fit or pushed:
         tell("searching the catalogue again without these", 0.4)
-        selection, unknown = _search(Likelihood.of(training, rig), candidates, defects, given.voltage_limit)
+        null = _fit_null(Likelihood.of(training, rig), given.voltage_limit)
+        selection, unknown = _search(null, candidates, defects)
     references = find_references(training)
     if DELAY in selection.form.selected and not _show_timing(selection.fit, training, references):
         tell("searching the catalogue again without a delay", 0.5)
         candidates = tuple(e for e in candidates if e.field != DELAY)
-        selection, unknown = _search(Likelihood.of(training, rig), candidates, defects, given.voltage_limit)
+        selection, unknown = _search(null, candidates, defects)
     gains, dropped = _weigh_possible(selection)
     plant = fit_delivered(selection, dropped)
     chosen = [finding.effect.field for finding in selection.findings if finding.effect.fault is None]
@@ -194,23 +196,26 @@ def identify_plant(
     )  # fmt: skip
 
 
-def _fit_null(likelihood: Likelihood) -> Fit:
-    """Fit the simplified model. Air under a controller may turn a sign: of a negative gain both signs are tried."""
+def _fit_null(likelihood: Likelihood, voltage_limit: float) -> Fit:
+    """Fit the simplified model, and refuse logs that it shows to be read wrongly.
+
+    Air under a controller may turn a sign: of a negative gain both signs are tried.
+    """
     null = fit(likelihood, likelihood.rig.base)
     for name in likelihood.rig.positive_gains:
         value = likelihood.rig.read(null.parameters, name)
         if name in null.fields and value < 0.0:
             null = min(null, fit(likelihood, null.fields, null, {name: -value}), key=lambda fitted: fitted.value)
-    return fit_log_spread(null)
+    null = fit_log_spread(null)
+    refuse_mirrored(null)
+    refuse_unlimited(null, voltage_limit)
+    return null
 
 
 def _search(
-    likelihood: Likelihood, candidates: Sequence[Effect], defects: Sequence[Defect], voltage_limit: float
+    null: Fit, candidates: Sequence[Effect], defects: Sequence[Defect]
 ) -> tuple[Selection, tuple[FoundEffect, ...]]:
-    """Fit the simplified model, search the catalogue, and then search for torques that it cannot name."""
-    null = _fit_null(likelihood)
-    refuse_mirrored(null)
-    refuse_unlimited(null, voltage_limit)
+    """Search the catalogue beside the simplified model, and then search for torques that it cannot name."""
     selection = select(null, candidates)
     refuse_scaled(selection.fit, defects)
     if any(defect.imitates for defect in defects):  # a lasting error of the voltages bends every curve

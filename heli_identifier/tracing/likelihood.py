@@ -111,15 +111,16 @@ class Likelihood:
         Of innovations ``e`` (N_i, a) [rad] of the ``records``, by default of all: N (ln sigma - 1/2) + sum of
         rho(e / sigma) with N sigma^2 = sum of w e^2, w Huber's weights; sigma = 1 on an axis where nothing counts.
         """
-        terms = (self._data_term(axis, [e_r[:, axis] for e_r in e], records) for axis in range(len(self.rig.axes)))
+        used, axes = self.records if records is None else records, range(len(self.rig.axes))
+        terms = (self._data_term(axis, [e_r[:, axis] for e_r in e], used) for axis in axes)
         F, scales = zip(*terms, strict=True)
         return np.array(F), np.array(scales)
 
-    def _data_term(self, axis: int, e: Sequence[Array], records: Sequence[Record] | None = None) -> tuple[float, float]:
+    @staticmethod
+    def _data_term(axis: int, e: Sequence[Array], records: Sequence[Record]) -> tuple[float, float]:
         """One axis of :meth:`data_terms`, of its innovations ``e`` (N_i,) [rad]."""
-        used = self.records if records is None else records
-        size = np.concatenate([np.abs(e_r) * r.weights[:, axis] for r, e_r in zip(used, e, strict=True)])
-        count = float(sum(r.weights[:, axis].sum() for r in used))
+        size = np.concatenate([np.abs(e_r) * r.weights[:, axis] for r, e_r in zip(records, e, strict=True)])
+        count = float(sum(r.weights[:, axis].sum() for r in records))
         if count == 0.0:
             return 0.0, 1.0
         sigma = np.sqrt(size @ size / count)
@@ -137,14 +138,14 @@ class Likelihood:
         ``e`` (N_i, a) [rad] are the innovations in the air of the point. The axes follow each other: in all airs the
         innovations of one are large.
         """
-        filters = [(self.filters(record, point), self.filters(record, point, airs)) for record in self.records]
+        of_records = [(self.filters(record, point), self.filters(record, point, airs)) for record in self.records]
         F, sigma = np.zeros((2, len(airs), len(self.rig.axes)))
         for i in range(len(self.rig.axes)):
             under = [
-                recolour(e_r[:, i], old[i], new[i :: len(old)]) for e_r, (old, new) in zip(e, filters, strict=True)
+                recolour(e_r[:, i], old[i], new[i :: len(old)]) for e_r, (old, new) in zip(e, of_records, strict=True)
             ]
             for j in range(len(airs)):
-                F[j, i], sigma[j, i] = self._data_term(i, [of_airs[j] for of_airs in under])
+                F[j, i], sigma[j, i] = self._data_term(i, [of_airs[j] for of_airs in under], self.records)
         return np.asarray(F + self.log_determinants(point, sigma, airs) + 0.5 * (np.array(airs) ** 2).sum(1))
 
     def log_determinants(self, point: Point, sigma: Array, airs: Sequence[Array] = ()) -> Array:

@@ -129,8 +129,7 @@ def refuse_mirrored(null: Fit) -> None:
 def refuse_unlimited(null: Fit, limit: float) -> None:
     """Refuse voltages that were logged ahead of the amplifiers' ``limit`` [V]: the logs are likelier within it."""
     likelihood, rig = null.likelihood, null.likelihood.rig
-    largest = max(float(np.abs(record.inputs).max()) for record in likelihood.records)
-    if largest <= limit:
+    if (largest := rig.parameters.v_max) <= limit:  # that of the logs
         return
     held = (np.clip(record.inputs, -limit, limit) for record in likelihood.records)
     records = tuple(_reread(r, rig, inputs=inputs) for r, inputs in zip(likelihood.records, held, strict=True))
