@@ -311,16 +311,16 @@ def test_another_filter_is_a_linear_filter_of_the_innovations():
     torque, noise = rng.standard_normal(3000), 0.01 * rng.standard_normal(3000)
     one, other = (80.0, 2.5, 200.0, 0.0, 300.0), (30.0, 5.0, 2.0, 0.8, 20.0)
     first, second = _linear_run(torque, noise, one), _linear_run(torque, noise, other)
-    found = filters.recolour(first, solved(*one), [solved(*other)])[0]
+    found = next(filters.recolour(first, solved(*one), [solved(*other)]))
     np.testing.assert_allclose(found, second, atol=1e-9 * np.abs(second).max())
 
 
 def test_slopes_of_the_colour_are_those_of_recoloured():
-    """Central differences over 2 d of what recoloured gives: their error is of the order d^2 = 1e-8."""
+    """Central differences over 2 d of what recolour gives: their error is of the order d^2 = 1e-8."""
     e, air, d = np.random.default_rng(4).standard_normal(1000), np.array((80.0, 2.5, 15.0, 0.4, 40.0)), 1e-4
     axis, others = solved(*air), [solved(*(air * (1.0 + d * sign))) for sign in (1.0, -1.0)]
-    found, (up, down) = np.subtract(*filters.slopes_of_colour(e, axis, others)), filters.recolour(e, axis, others)
-    np.testing.assert_allclose(found, up - down, atol=1e-6 * np.abs(up - down).max())
+    (up, down), both = filters.recolour(e, axis, others), filters.slopes_of_colour(e, axis, others, np.ones(2))
+    np.testing.assert_allclose(both[0] - both[1], up - down, atol=1e-6 * np.abs(up - down).max())
 
 
 def test_a_further_acceleration_passes_the_error_dynamics():

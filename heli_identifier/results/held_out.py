@@ -225,7 +225,7 @@ def _standardise(run: Run, model: Model) -> Array:
     """Return the innovations (N, a) of a run under the air and over the scales of another ``model``."""
     step, rig, linear = run.record.step, run.model.rig, run.model.rig.linear(run.model.parameters)
     old, new = (filters(step, linear, rig.air(z)) for z in (run.model.z, model.z))
-    columns = [recolour(e, before, [after])[0] for e, before, after in zip(run.innovations.T, old, new, strict=True)]
+    columns = [next(recolour(e, before, [after])) for e, before, after in zip(run.innovations.T, old, new, strict=True)]
     return np.column_stack(columns) / model.scales(step)
 
 

@@ -184,7 +184,8 @@ def fit(
         first = rig.assign(rig.parameters, {c.field: c.value(v) for c, v in zip(coordinates, within, strict=True)})
         airs = (np.repeat(np.array(air)[:, None], len(rig.axes), axis=1) for air in AIRS)
         ends = np.cumsum([record.time[-1] for record in likelihood.records])
-        few = replace(likelihood, records=likelihood.records[: 1 + int(np.searchsorted(ends, COARSE))])
+        first_logs = likelihood.records[: 1 + int(np.searchsorted(ends, COARSE))]
+        few = replace(likelihood, records=tuple(record.beginning(COARSE) for record in first_logs))
         start = _join_airs([_descend(few, fields, [few.neutral_point(first, z)], ROUGHLY, False) for z in airs])
     points = [start.point] if other is None else [start.point, other]
     points = [replace(p, parameters=rig.assign(p.parameters, shapes or {})) for p in points]

@@ -157,8 +157,8 @@ class Rig:
 
     @staticmethod
     def air(z: Array) -> Array:
-        """Return :func:`.noise.physical` of the axes' air at its coordinates z (5, 3)."""
-        return physical(z, _USUAL_AIR)
+        """Return :func:`.noise.physical` of the axes' air at its coordinates z (5, 3), or of J airs, z (5, 3 J)."""
+        return physical(z, np.resize(_USUAL_AIR, z.shape[1]))
 
     @property
     def candidates(self) -> tuple[Effect, ...]:

@@ -256,8 +256,7 @@ def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -
     given, faults = plant.likelihood.rig, plant.likelihood.faults
     of_angles = {fault: size for fault, size in faults.items() if fault.channel != "voltages"}
     mended = plant.likelihood.undo_faults(of_angles).records
-    bending = (next(given.readings(record, [plant.parameters])) for record in mended)
-    records = [replace(r, angles=r.angles - q) for r, q in zip(mended, bending, strict=True)]  # the rigid arm's
+    records = [replace(r, angles=r.angles - next(given.readings(r, [plant.parameters]))) for r in mended]  # rigid arm
     averaged = [average_blocks(log, signal) for log, signal in zip(logs, references.signals, strict=True)]
     keep = [(r.weights > 0.0) | (r.time <= SETTLING)[:, None] for r in records]
     rates = [1.0 / r.step for r in records]

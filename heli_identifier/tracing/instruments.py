@@ -147,10 +147,12 @@ def instruments(
 
     inputs = reduce_all(signals)
     hats = predict_signals(inputs, [laguerre_outputs(b) for b in reduce_all(references)])
-    every = [np.ones((len(b), len(regressions))) for b in references]
-    kept, axes = reduce_all(every if keep is None else [part.astype(float) for part in keep]), []
+    kept = [np.ones((len(s), len(regressions)), dtype=bool) for s in inputs]
+    if keep is not None:
+        kept = [share > 0.99 for share in reduce_all(part.astype(float) for part in keep)]
+    axes = []
     for i, axis in enumerate(regressions):
-        blocks = number_blocks([share[:, i] > 0.99 for share in kept])
+        blocks = number_blocks([counts[:, i] for counts in kept])
         measured = [differentiate(y, 2) for y in reduce_all(axis.outputs)]
         known = [differentiate(a, 0) for a in reduce_all(axis.known)] if axis.known else [0.0 * y for y in measured]
         phi, z = ([filter_terms(axis.terms, s) for s in source] for source in (inputs, hats))
@@ -313,16 +315,15 @@ def whitening_filter(residuals: Rows, blocks: Rows) -> Array:
     White noise 20 dB below the residual is added to it: for a log without encoder noise, whitening would amplify the
     errors of K at high frequencies, and a damping's interval would cover .6; with the added noise it covers .9.
     """
-    rows = []
+    products = np.zeros((AR_ORDER + 1, AR_ORDER + 1))
     for e, number in zip(residuals, blocks, strict=True):
         keep = number >= 0
         e = np.where(keep, e - e[keep].mean() if keep.any() else 0.0, 0.0)
-        past = np.column_stack([e[AR_ORDER - i : len(e) - i] for i in range(AR_ORDER + 1)])
-        rows.append(past[keep[AR_ORDER:] & keep[:-AR_ORDER]])
-    table = np.vstack(rows)
-    now, past = table[:, 0], table[:, 1:]
-    normal = past.T @ past + 1e-2 * float(now @ now) * np.eye(AR_ORDER)
-    return np.r_[1.0, -np.linalg.solve(normal, past.T @ now)]
+        both = np.flatnonzero(keep[AR_ORDER:] & keep[:-AR_ORDER]) + AR_ORDER
+        rows = np.array([e[both - i] for i in range(AR_ORDER + 1)])
+        products += rows @ rows.T
+    normal = products[1:, 1:] + 1e-2 * products[0, 0] * np.eye(AR_ORDER)
+    return np.r_[1.0, -np.linalg.solve(normal, products[1:, 0])]
 
 
 def sum_blocks(rows: Array, number: Array) -> Array:

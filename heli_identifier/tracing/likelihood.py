@@ -135,8 +135,8 @@ class Likelihood:
     def compare_airs(self, point: Point, e: Sequence[Array], airs: Sequence[Array]) -> Array:
         """Return the terms (J, a) of F [nats] that depend on the air, in each of J ``airs`` (5, a).
 
-        ``e`` (N_i, a) [rad] are the innovations in the air of the point. The axes follow each other: in all airs the
-        innovations of one are large.
+        ``e`` (N_i, a) [rad] are the innovations in the air of the point. One air of one axis follows the other,
+        since long records are large.
         """
         of_records = [(self.filters(record, point), self.filters(record, point, airs)) for record in self.records]
         F, sigma = np.zeros((2, len(airs), len(self.rig.axes)))
@@ -144,8 +144,8 @@ class Likelihood:
             under = [
                 recolour(e_r[:, i], old[i], new[i :: len(old)]) for e_r, (old, new) in zip(e, of_records, strict=True)
             ]
-            for j in range(len(airs)):
-                F[j, i], sigma[j, i] = self._data_term(i, [of_airs[j] for of_airs in under], self.records)
+            for j, of_air in enumerate(zip(*under, strict=True)):
+                F[j, i], sigma[j, i] = self._data_term(i, of_air, self.records)
         return np.asarray(F + self.log_determinants(point, sigma, airs) + 0.5 * (np.array(airs) ** 2).sum(1))
 
     def log_determinants(self, point: Point, sigma: Array, airs: Sequence[Array] = ()) -> Array:
@@ -160,8 +160,8 @@ class Likelihood:
 
     def filters(self, record: Record, point: Point, airs: Sequence[Array] = ()) -> list[AxisFilter]:
         """Return the axes' filters at a point, or in other ``airs`` (5, a), one air after the other."""
-        physical, linear = [self.rig.air(z) for z in airs or (point.z,)], self.rig.linear(point.parameters)
-        return filters(record.step, linear * len(physical), np.hstack(physical))
+        z = np.hstack(airs or (point.z,))
+        return filters(record.step, self.rig.linear(point.parameters) * max(len(airs), 1), self.rig.air(z))
 
     def priors(self, x: Array, point: Point) -> float:
         """Return the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""

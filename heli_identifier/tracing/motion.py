@@ -5,6 +5,7 @@ the plant.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import cache
 from math import atan2, copysign, hypot
 
@@ -22,7 +23,7 @@ from heli_plant.state import PlantState, start_state
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
 
 from .instruments import Term
-from .rig import Array, Effect, Record
+from .rig import Array, Effect, Record, means
 from .settings import MOTION_WINDOW, TIMED, WINDOW
 
 DAMPING = (0.1, 0.1)
@@ -179,10 +180,11 @@ CONSTANTS = ((Term("theta0", lambda s: np.cos(s[:, 2])),), (Term("a_1", lambda s
 def estimate_equations(records: Sequence[Record], p: PlantParameters) -> dict[str, float]:
     """Estimate the equations of motion by least squares on smoothed derivatives, which the air biases."""
     values: dict[str, float] = {}
-    every = [signals_of(record, p) for record in records]
+    slow = [replace(record.slower, angles=means(record.angles, record.held)) for record in records]
+    every = [signals_of(record, p) for record in slow]
     for i, (moving, constant) in enumerate(zip(equation_terms(0.0), CONSTANTS, strict=True)):
         terms, X, y = (*moving, *constant), list[Array](), list[Array]()
-        for record, signals in zip(records, every, strict=True):
+        for record, signals in zip(slow, every, strict=True):
             window = int(WINDOW / record.step)
             long = record.samples > 4 * window
             inner, ends = (slice(window, -window), "nearest") if long else (slice(None), "interp")

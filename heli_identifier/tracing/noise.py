@@ -21,7 +21,7 @@ Sources: Soderstrom, Discrete-time Stochastic Systems, 2nd ed., sections 4.5 and
 Int. J. Control 28 (1978) 295 (doubling); Van Loan, IEEE Trans. Automatic Control 23 (1978) 395 (sampling).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -182,8 +182,8 @@ def filter_gains(axes: Sequence[AxisFilter]) -> Array:
     return np.array([np.concatenate(row) for row in rows])
 
 
-def recolour(e: Array, old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
-    """Innovations (J, n) under J other filters of one axis, from those under the present one, ``e`` (n,) [rad].
+def recolour(e: Array, old: AxisFilter, new: Sequence[AxisFilter]) -> Iterator[Array]:
+    """Innovations (n,) under each of other filters of one axis, from those under the present one, ``e`` (n,) [rad].
 
     The filter's innovations e and what it measures are tied by y = det(zI - M)/det(zI - A) e, M = A (I - K C), so the
     innovations under another filter are
@@ -194,8 +194,8 @@ def recolour(e: Array, old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
     linear filter in place of a run of the plant.
     """
     shared = lfilter(old.errors, old.noise, e)
-    pairs = zip(new, _error_polynomials(old, new), strict=True)
-    return np.array([lfilter(other.noise, poles, shared) for other, poles in pairs])
+    for other, poles in zip(new, _error_polynomials(old, new), strict=True):
+        yield lfilter(other.noise, poles, shared)
 
 
 def _error_polynomials(old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
@@ -205,17 +205,18 @@ def _error_polynomials(old: AxisFilter, new: Sequence[AxisFilter]) -> Array:
     return polynomial(A - (A @ K[:, :, None]) * C)
 
 
-def slopes_of_colour(e: Array, axis: AxisFilter, others: Sequence[AxisFilter]) -> Array:
-    """Return how much innovations ``e`` (n,) change, to first order, with filters that differ little: (J, n).
+def slopes_of_colour(e: Array, axis: AxisFilter, others: Sequence[AxisFilter], steps: Array) -> Array:
+    """Return the derivatives (J, n) of innovations ``e`` (n,) towards filters that lie small ``steps`` (J,) away.
 
     The differential of :func:`recolour` is de' = d det(zI - N') e/det(zI - N) - d det(zI - M') e/det(zI - M).
     """
     of_errors = axis.errors - _error_polynomials(axis, others)
     of_noise = np.array([other.noise for other in others]) - axis.noise
     g, m = (lfilter([1.0], poles, e) for poles in (axis.errors, axis.noise))
-    past = [(g, lag) for lag in range(1, 6)] + [(m, lag) for lag in range(1, 4)]  # the polynomials are monic
-    table = np.array([np.concatenate((np.zeros(lag), values[:-lag])) for values, lag in past])
-    return np.asarray(np.hstack((of_errors[:, 1:], of_noise[:, 1:])) @ table)
+    past, table = [(g, lag) for lag in range(1, 6)] + [(m, lag) for lag in range(1, 4)], np.zeros((8, len(e)))
+    for row, (values, lag) in zip(table, past, strict=True):  # the polynomials are monic
+        row[lag:] = values[:-lag]
+    return np.asarray(np.hstack((of_errors[:, 1:], of_noise[:, 1:])) / steps[:, None] @ table)
 
 
 def start_memory(axis: AxisFilter, held: int = 1) -> Array:

@@ -87,14 +87,19 @@ def _search_axis(
 
     ``known`` are the records, marked with the events that are known, and the innovations of a filter that knows them.
     """
-    on_axis = [_Pulses.of(fitted, record, e[:, axis], axis) for record, e in known]
-    (least, tau_squared), found = _dispersion(on_axis), list[tuple[float, float, float, float]]()
-    for pulses in on_axis:
-        phi = [least[w] + tau_squared[w] * pulses.change(w) ** 2 for w in range(len(WIDTHS))]
-        S = 0.5 * pulses.u**2 / np.array(phi)
-        k, first = map(int, np.unravel_index(S.argmax(), S.shape))
-        size = -float(pulses.u[k, first] / pulses.root[k])  # e is measured minus predicted
-        found.append((float(S[k, first]), pulses.period * first, pulses.period * (first + WIDTHS[k]), size))
+    logs = [_Pulses.of(fitted, record, e[:, axis], axis) for record, e in known]
+    found = [(0.0, 0.0, 0.0, 0.0)] * len(logs)
+    for w, width in enumerate(WIDTHS):
+        every_u, rates = [pulses.standardised(w) for pulses in logs], [pulses.change(width) for pulses in logs]
+        phi, tau_squared = _dispersion(np.concatenate(every_u), np.concatenate(rates))
+        for i, (pulses, u, rate) in enumerate(zip(logs, every_u, rates, strict=True)):
+            S = 0.5 * u**2 / (phi + tau_squared * rate**2)
+            if len(S) and (most := float(S.max())) > found[i][0]:
+                first, size = (
+                    pulses.starts[S.argmax()],
+                    -float(u[S.argmax()] / pulses.root[w]),
+                )  # e is measured - predicted
+                found[i] = most, pulses.period * first, pulses.period * (first + width), size
     return found
 
 
@@ -104,18 +109,22 @@ class _Pulses:
 
     period: float
     """Time [s] from one start to the next."""
-    u: NDArray[np.float32]
-    """u/sqrt(I) by width and start, standard normal in the air of the fit, zero where none may start, shape (W, n)."""
+    sums: Array
+    """sum_k e_k s_k / sigma^2 of a step by its start, shape (n + W,)."""
     root: Array
     """sqrt(I) by width for a torque of 1 rad/s^2, shape (W,)."""
-    counts: NDArray[np.bool_]
-    """Where a pulse may start, shape (n,)."""
-    rate: NDArray[np.float32]
-    """How fast the voltages change [V/s] at these starts, shape (n,)."""
+    starts: NDArray[np.intp]
+    """Where a pulse may start, shape (m,)."""
+    rate: Array
+    """How fast the voltages change [V/s], shape (n,)."""
 
-    def change(self, w: int) -> NDArray[np.float32]:
-        """Return v' [V/s] of the pulses of a width by start, shape (n,)."""
-        return maximum_filter1d(self.rate, WIDTHS[w] + LAG, origin=(LAG - WIDTHS[w] + 1) // 2)
+    def standardised(self, w: int) -> Array:
+        """Return u/sqrt(I) of the pulses of a width by start (m,), standard normal in the air of the fit."""
+        return np.asarray((self.sums[self.starts] - self.sums[self.starts + WIDTHS[w]]) / self.root[w])
+
+    def change(self, width: int) -> Array:
+        """Return v' [V/s] of the pulses of a width by start, shape (m,)."""
+        return np.asarray(maximum_filter1d(self.rate, width + LAG, origin=(LAG - width + 1) // 2)[self.starts])
 
     @classmethod
     def of(cls, fitted: Fit, record: Record, e: Array, axis: int) -> "_Pulses":
@@ -133,28 +142,20 @@ class _Pulses:
         rest = e - s @ np.linalg.lstsq(s, e, rcond=None)[0]
         step = lfilter(*error_dynamics(dynamics), np.ones(round(4.0 * SETTLING / record.step))) / sigma
         root = [np.linalg.norm(step - np.pad(step, (width * held, 0))[: len(step)]) for width in WIDTHS]
-        counts, n = w[::held] > 0.0, len(rate)
         sums = np.pad(match_steps(dynamics, w * rest)[::held] / sigma**2, (0, WIDTHS[-1]))
-        u = np.empty((len(WIDTHS), n), dtype=np.float32)  # it is large for long logs
-        for k, width in enumerate(WIDTHS):
-            u[k] = counts * (sums[:n] - sums[width : width + n]) / root[k]
-        return cls(period, u, np.array(root), counts, rate.astype(np.float32))
+        return cls(period, sums, np.array(root), np.flatnonzero(w[::held]), rate)
 
 
-def _dispersion(logs: Sequence[_Pulses]) -> tuple[Array, Array]:
-    """Return phi_0 and tau^2 (W, 1) of one axis in all logs.
+def _dispersion(u: Array, rate: Array) -> tuple[float, float]:
+    """Return phi_0 and tau^2 of the pulses of one width in all logs: their u/sqrt(I) (m,) and v' (m,) [V/s].
 
     A tenth of the samples may lie in pushes; tau is that of the tenth with the fastest voltages.
     """
-    least, tau_squared = np.ones((len(WIDTHS), 1)), np.zeros((len(WIDTHS), 1))
-    for w in range(len(WIDTHS)):
-        u = np.concatenate([pulses.u[w, pulses.counts] for pulses in logs])
-        rate = np.concatenate([pulses.change(w)[pulses.counts] for pulses in logs])
-        if not len(u):
-            break
-        least[w] = max(1.0, float(np.quantile(u**2, 0.9)) / ndtri(0.95) ** 2)
-        fastest = (rate >= np.quantile(rate, 0.9)) & (rate > 0.0)
-        if fastest.any():
-            beyond = (u[fastest] / ndtri(0.75)) ** 2 - least[w]  # the median of a squared normal deviate is .675^2
-            tau_squared[w] = max(0.0, float(np.median(beyond / rate[fastest] ** 2)))
-    return least, tau_squared
+    if not len(u):
+        return 1.0, 0.0
+    least = max(1.0, float(np.quantile(u**2, 0.9)) / ndtri(0.95) ** 2)
+    fastest = (rate >= np.quantile(rate, 0.9)) & (rate > 0.0)
+    if not fastest.any():
+        return least, 0.0
+    beyond = (u[fastest] / ndtri(0.75)) ** 2 - least  # the median of a squared normal deviate is .675^2
+    return least, max(0.0, float(np.median(beyond / rate[fastest] ** 2)))

@@ -220,6 +220,13 @@ class Record:
         weights = self.weights * is_counted(self.time, events, settled)[:, None]
         return replace(self, weights=weights, left_out=left_out, pushes=pushes)
 
+    def beginning(self, duration: float) -> "Record":
+        """Return the first ``duration`` [s] of the record."""
+        n = round(duration / self.step)
+        pushes = [(axis, course[:n]) for axis, course in self.pushes]
+        time, inputs, angles, weights = (every[:n] for every in (self.time, self.inputs, self.angles, self.weights))
+        return replace(self, time=time, inputs=inputs, angles=angles, weights=weights, pushes=pushes)
+
     @property
     def clear(self) -> list[tuple[int, int]]:
         """Passages of the record, in samples, outside of what is left out."""

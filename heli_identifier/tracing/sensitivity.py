@@ -41,8 +41,8 @@ from .settings import DIFFERENCE, OUTLIER, PER_LOG
 Rows = tuple[NDArray[np.intp], Array]
 """Numbers of coordinates (k,), and the derivatives by them (k, n)."""
 
-CHUNK = 2000
-"""Samples that are read at a time."""
+CHUNK = 400_000
+"""Samples of all coordinates together that are read at a time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +171,7 @@ class Sensitivities:
         memory[:, P + 1 : P + 3] = [start_memory(axis, held) for axis in axes]
         pushes = [(axis, means(course[:, None], held)[:, 0]) for axis, course in record.pushes]
         b = self.first_per_log
-        chunk = record.block * max(1, CHUNK // record.block)
+        chunk = record.block * max(1, CHUNK // (record.block * self.count))
         for first in range(0, record.samples, chunk):
             rows = slice(first, min(first + chunk, record.samples))
             blocks = slice(first // held, -(-rows.stop // held))
@@ -197,20 +197,25 @@ class Sensitivities:
                 through, memory[k][passed] = lfilter(*transfer, torques[k][passed], axis=1, zi=state)
                 per_log = (b + k + a * np.arange(3), b + 3 * a + zeroed, b + 4 * a + np.arange(len(pushes)))
                 slow.append((np.concatenate((np.arange(P), *per_log))[passed], through))
-                fast.append((np.array([*sampled[k]]), np.array([change[rows] for change in sampled[k].values()])))
+                numbers, changes = sampled[k]
+                fast.append((numbers, np.concatenate([change[:, rows] for change in changes])))
             yield rows, fast, slow
 
-    def _at_every_sample(self, i: int, e: Array, motion: Array, plant: Parameters) -> list[dict[int, Array]]:
-        """Return by axis and coordinate the derivatives (N,) by the filter, a bending of the arm, and faults."""
+    def _at_every_sample(
+        self, i: int, e: Array, motion: Array, plant: Parameters
+    ) -> list[tuple[NDArray[np.intp], list[Array]]]:
+        """Return by axis the derivatives by the filter, then one by one those by a bending of the arm and by faults."""
         L, moves, record = self.likelihood, self.moves, self.likelihood.records[i]
-        axes, found = L.filters(record, self.point), list[dict[int, Array]]()
-        for axis, others, e_a in zip(axes, self._other_filters(record.step), e.T, strict=True):
-            changes = slopes_of_colour(e_a, axis, [other for other, _ in others.values()])
-            found.append({j: de / step for (j, (_, step)), de in zip(others.items(), changes, strict=True)})
+        axes, others = L.filters(record, self.point), self._other_filters(record.step)
+        numbers, changes = [list(of_axis) for of_axis in others], list[list[Array]]()
+        for axis, of_axis, e_a in zip(axes, others, e.T, strict=True):
+            near, steps = zip(*of_axis.values(), strict=True)
+            changes.append([slopes_of_colour(e_a, axis, near, np.array(steps))])
 
         def pass_on(j: int, change: Array, dynamics: Callable[[AxisFilter], tuple[Array, Array]]) -> None:
             for k in np.flatnonzero(change.any(0)).tolist():
-                found[k][j] = lfilter(*dynamics(axes[k]), change[:, k] / moves[j].step)
+                numbers[k].append(j)
+                changes[k].append(lfilter(*dynamics(axes[k]), change[:, k] / moves[j].step)[None])
 
         if bending := [j for j, move in enumerate(moves) if move.in_reading]:
             plants = [self.point.parameters, *(moves[j].parameters for j in bending)]
@@ -224,7 +229,7 @@ class Sensitivities:
                 along = np.repeat(motion, record.held, axis=0)[: record.samples]
                 moved, here = (L.rig.accelerations(r, [plant], along)[0][:, 0].T for r in (other, record))
                 pass_on(j, moved - here, error_dynamics)
-        return found
+        return [(np.array(js), rows) for js, rows in zip(numbers, changes, strict=True)]
 
     def log_determinant_slopes(self, i: int, sigma: Array) -> Array:
         """Return the derivatives (count,) of record ``i``'s part of :meth:`.Likelihood.log_determinants`."""
@@ -248,9 +253,8 @@ class Sensitivities:
             for j, move in enumerate(moves) if not move.in_reading
             for i, pair in enumerate(rig.linear(move.parameters)) if pair != linear[i]
         ]  # fmt: skip
-        for k in range(SHAPES):
-            moved = rig.air(point.z + DIFFERENCE * (np.arange(SHAPES) == k)[:, None])
-            changed += [(i, len(moves) + a * k + i, linear[i], moved[:, i], DIFFERENCE) for i in range(a)]
+        moved = rig.air(np.tile(point.z, SHAPES) + DIFFERENCE * np.repeat(np.eye(SHAPES), a, axis=1))
+        changed += [(k % a, len(moves) + k, linear[k % a], moved[:, k], DIFFERENCE) for k in range(SHAPES * a)]
         solved = filters(h, [row[2] for row in changed], np.column_stack([row[3] for row in changed]))
         found: list[dict[int, tuple[AxisFilter, float]]] = [{} for _ in linear]
         for (i, j, _, _, width), other in zip(changed, solved, strict=True):
