@@ -2,8 +2,9 @@
 
 *windy*: generated rigs in the air of measured ones, by its colour, under students' controllers. Odd seeds report, even
 ones serve to choose rules (``--choose``). ``--quiet`` and ``--unlogged`` add rigs with references a fifth as large, or
-not logged. ``--rate`` is 100 or 500 Hz, ``--effects`` are bare, coupled or those of the generator, drawn if not given,
-``--finer`` is how many times finer the encoders are. ``--pushed``: a hand pushes four logs of a half, and one held out.
+not logged. ``--rate`` is 100 or 500 Hz, ``--effects`` are bare, coupled or those of the generator, drawn if not given.
+Encoders are ``--finer`` times finer, and their lines ``--shake`` [counts]. ``--pushed``: a hand pushes four logs of a
+half, and one held out.
 
 *measured*: folders of logs, ``RIG:-pitch`` if its pitch counts down; every second log makes a half, after a shuffle in
 each of ``--deals`` but 0, with ``--few`` logs at most. ``--download`` first fetches logs of three rigs into a folder.
@@ -108,16 +109,15 @@ def slope_ratios(diagnosis: Diagnosis, logs: Sequence[Log]) -> dict[str, float]:
 
 
 def windy_halves(
-    colour: str, quiet: bool, rate: float, effects: str | None, finer: int, pushed: bool, logged: bool, seed: int
-) -> list[Row]:
+    colour: str, quiet: bool, rate: float, effects: str | None, finer: int, pushed: bool, shake: float, logged: bool,
+    seed: int,
+) -> list[Row]:  # fmt: skip
     """Make a windy rig and diagnose its halves a and b; logs t are held out, logs c have the second controller."""
     pushes, counts = draw_pushes(seed) if pushed else {}, {"a": 5, "b": 5, "t": 2, "c": 4}
-    by_log = {name: (push,) for name, push in pushes.items()}
-    rig = windy_rig(seed, colour, quiet, rate, effects, logged, counts, finer=finer, pushes=by_log)
+    rig = windy_rig(seed, colour, quiet, rate, effects, logged, counts, {k: (p,) for k, p in pushes.items()}, finer, shake)
     words = (
         colour, f"{rate:g} Hz", "quiet" * quiet, "not logged" * (not logged), effects or "",
-        f"encoders {finer} times finer" * (finer > 1),
-        "pushed" * pushed,
+        f"encoders finer by {finer}" * (finer > 1), f"shaking by {shake:g} counts" * (shake != 0.25), "pushed" * pushed,
     )  # fmt: skip
     kind, title, held_out = " ".join(filter(None, words)), f"{colour} {seed}", windy_logs(rig, "t")
     return [diagnose_half(kind, title, name, windy_logs(rig, name), held_out, rig, pushes) for name in "ab"]
@@ -196,11 +196,11 @@ def run_and_print(jobs: Sequence[partial[list[Row]]], workers: int) -> pandas.Da
 def windy(
     seeds: str = "0:16", choose: bool = False, colours: str = ",".join(COLOURS), quiet: bool = False,
     unlogged: bool = False, rate: float = 100.0, effects: str | None = None, finer: int = 1,
-    pushed: bool = False, workers: int = 1, csv: Path | None = None, strength: Path | None = None,
+    pushed: bool = False, shake: float = 0.25, workers: int = 1, csv: Path | None = None, strength: Path | None = None,
 ) -> None:  # fmt: skip
     """Diagnose windy rigs; write the gains over the truth to ``csv``, told scores and what is shown to ``strength``."""
     kinds = product(colours.split(","), (False, True)[: 1 + quiet], (True, False)[: 1 + unlogged])
-    jobs = [partial(windy_halves, colour, calm, rate, effects, finer, pushed, logged, seed)
+    jobs = [partial(windy_halves, colour, calm, rate, effects, finer, pushed, shake, logged, seed)
             for colour, calm, logged in kinds for seed in parse_range(seeds) if seed % 2 == (not choose)]  # fmt: skip
     done = run_and_print(jobs, workers)
     if csv:

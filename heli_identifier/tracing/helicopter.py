@@ -34,6 +34,7 @@ from .motion import (
     plant_accelerations,
     record_start,
     signals_of,
+    smooth_motion,
     state_in_motion,
     thrust_slopes,
 )
@@ -151,6 +152,7 @@ class Rig:
     simulate = staticmethod(lambda *given: simulate(*given)[1])  # the angles
     initial_state = staticmethod(record_start)
     readings = staticmethod(arm_readings)
+    smooth_motion = staticmethod(smooth_motion)
     state_in_motion = staticmethod(state_in_motion)
     plant_accelerations = staticmethod(plant_accelerations)
     partial_residual = staticmethod(partial_residual)

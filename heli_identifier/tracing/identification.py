@@ -3,7 +3,7 @@
 The order of its steps stands in docs/explanation/tracing.md, "The algorithm".
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -26,7 +26,7 @@ from heli_identifier.records import ANGLES, Event, Log, check_excitation, check_
 
 from .findings import catalogue_verdicts, estimates, found_effect, lag_effect, parameter_reports
 from .fit import Fit, covariance, fit, fit_log_spread
-from .helicopter import DELAY, LAG_FIELD, LAG_WIDTH, Rig, helicopter
+from .helicopter import LAG_FIELD, LAG_WIDTH, Rig, helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
 from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, refuse_unlimited, sign_notes
@@ -34,7 +34,7 @@ from .pushes import find_pushes
 from .references import References, find_references
 from .rig import Effect, average_blocks
 from .select import Finding, Selection, fit_delivered, select
-from .settings import CONFIRMED, KEPT, ROUNDS, SETTLING, TIMED, DiagnosisSettings
+from .settings import KEPT, ROUNDS, SETTLING, TIMED, DiagnosisSettings
 from .stability import covariance_of_logs, halves_agree, leave_logs_out, left_out_gain
 from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
 from .unknown import search_unknown
@@ -173,9 +173,10 @@ def identify_plant(
         null = _fit_null(Likelihood.of(training, rig), given.voltage_limit)
         selection, unknown = _search(null, candidates, defects)
     references = find_references(training)
-    if DELAY in selection.form.selected and not _show_timing(selection.fit, training, references):
-        tell("searching the catalogue again without a delay", 0.5)
-        candidates = tuple(e for e in candidates if e.field != DELAY)
+    timed = {e.field for e in rig.candidates if (e.family,) in (BENDING, TIMING)}
+    if timed & set(selection.form.selected) and not _show_timing(selection.fit, training, references):
+        tell("searching the catalogue again without a delay or a bending of the arm", 0.5)
+        candidates = tuple(e for e in candidates if e.field not in timed)
         selection, unknown = _search(null, candidates, defects)
     gains, dropped = _weigh_possible(selection)
     plant = fit_delivered(selection, dropped)
@@ -232,7 +233,7 @@ def _weigh_possible(selection: Selection) -> tuple[dict[str, float], list[str]]:
     end of its range, as something else is more likely. These have no gain.
     """
     possible = [f for f in selection.findings if not f.established and f.effect.fault is None]
-    dropped = [f.effect.field for f in possible if f.effect.steps_in_time or f.shape_at_bound]
+    dropped = [f.effect.field for f in possible if f.effect.steps_in_time or f.doubtful]
     judged, gains = [f.effect.field for f in possible if f.effect.field not in dropped], dict[str, float]()
     while judged:
         kept = [name for name in selection.form.selected if name not in dropped]
@@ -271,28 +272,33 @@ def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -
 
 
 def _show_timing(plant: Fit, logs: Sequence[Log], references: References) -> bool:
-    """Whether something from outside moves pitch or elevation, so that logs can show a delay of the rotors.
+    """Whether these logs can show a delay of the rotors or an arm that bends: under a controller if references time it.
 
-    Where only air does, a controller's voltages follow the air, and a delay with too small a gain fits its colour. Nor
-    is a delay that takes the place of the motors' whole lag that of a rig.
+    Where only air moves a rig, a controller's voltages follow the air and the counts of the encoders, and a delay with
+    too small a gain, or a bending, fits that. Nor is a delay that takes the place of the motors' whole lag that of a
+    rig.
     """
     if not references.closed_loop:
         return True
     if plant.at_bound[plant.names.index(LAG_FIELD)]:
         return False
-    outside, gains = _estimate_outside(plant, logs, references), plant.likelihood.rig.positive_gains
-    shares = [s for axis in (outside.axes if outside else ()) for n, s in zip(axis.parameters, axis.shares, strict=True)
-              if n in gains]  # fmt: skip
-    return max(shares, default=0.0) >= CONFIRMED
+    outside, given = _estimate_outside(plant, logs, references), plant.likelihood.rig
+    errors = [1.96 * error for _, error in _lags_by_references(given, outside)] if outside else [np.inf]
+    return min(errors) < LAG_WIDTH
+
+
+def _lags_by_references(given: Rig, found: InstrumentEstimates) -> Iterator[tuple[float, float]]:
+    """Yield by how much [s] the motors' lag of instruments is too long by every gain, and its standard error [s]."""
+    for axis, gain in zip(found.axes, given.gains, strict=True):
+        k, slope = (axis.parameters.index(name) for name in (gain, f"{gain} late"))
+        yield axis.values[slope] / axis.values[k], axis.half_widths[slope] / (1.96 * abs(axis.values[k]))
 
 
 def _lag_by_references(given: Rig, found: InstrumentEstimates, used: float) -> float:
     """Return the motors' lag [s] that instruments find, beside the given one as a prior; they ``used`` this lag."""
     weighted, weights = given.parameters.T_m / LAG_WIDTH**2, 1.0 / LAG_WIDTH**2
-    for axis, gain in zip(found.axes, given.gains, strict=True):
-        k, slope = (axis.parameters.index(name) for name in (gain, f"{gain} late"))
-        error = axis.half_widths[slope] / (1.96 * abs(axis.values[k]))
+    for late, error in _lags_by_references(given, found):
         if np.isfinite(error):
-            weighted += (used - axis.values[slope] / axis.values[k]) / error**2
+            weighted += (used - late) / error**2
             weights += 1.0 / error**2
     return float(max(weighted / weights, 0.0))

@@ -206,6 +206,12 @@ class Likelihood:
         start[:a] += zero
         return replace(record, start=start, angles=record.angles + zero)
 
+    def smooth_motion(self, i: int, point: Point) -> Array:
+        """Return the motion (n, 2a) of record ``i`` as of :meth:`run_all`, but smoothed from samples on both sides."""
+        record = self.aligned_record(i, point)
+        bending = next(self.rig.readings(record, [point.parameters]))
+        return self.rig.smooth_motion(replace(record, angles=record.angles - bending))[:: record.held].copy()
+
     def run(self, i: int, point: Point) -> tuple[Array, Array]:
         """Run the filter over record ``i``; its innovations and motion as of :meth:`run_all`."""
         record, a, p = self.records[i], len(self.rig.axes), self.plant_of_log(i, point, point.parameters)

@@ -101,9 +101,12 @@ def pooled_dispersion(moves: Array, variances: Array) -> float:
 
 
 class Scores:
-    """The quadratic form of F around a fit with columns of all candidates, and the scores of any subset of them."""
+    """The quadratic form of F around a fit with columns of all candidates, and the scores of any subset of them.
 
-    def __init__(self, fitted: Fit, candidates: Sequence[Effect]):
+    Torques act along the filter's motion, or along the ``smoothed`` one.
+    """
+
+    def __init__(self, fitted: Fit, candidates: Sequence[Effect], smoothed: bool = False):
         self.fitted = fitted
         self.effects = {effect.field: effect for effect in candidates}
         instants = max(record.time[-1] for record in fitted.likelihood.records) / 0.5  # [s] that the filter tells apart
@@ -112,7 +115,7 @@ class Scores:
         new = [c for e in candidates if e.field not in fitted.names for c in columns_of(e, fitted)]
         self.coordinates = [*fitted.coordinates, *new]
         self.x = np.array([*fitted.x, *(c.coordinate(0.0) for c in new)])
-        self.quadratic = linearise(fitted.likelihood, fitted.point, self.coordinates, self.x, fitted.sigma)
+        self.quadratic = linearise(fitted.likelihood, fitted.point, self.coordinates, self.x, fitted.sigma, smoothed)
         self.H, self.g = self.quadratic.total
         P = self.P = len(self.x)
         z = fitted.point.z

@@ -16,7 +16,7 @@ from .fit import Fit, fit
 from .likelihood import Point
 from .rig import Effect
 from .score import Score, Scores
-from .settings import CATALOGUE_WIDTHS, KEPT, REFITTED, ROUGHLY, TIMED, UNKNOWN
+from .settings import CATALOGUE_WIDTHS, KEPT, REFITTED, ROUGHLY, SEEN, TIMED, UNKNOWN
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,16 +32,16 @@ class Finding:
     """Effects that would explain the data about as well in its place."""
     refit_score: float | None = None
     """The loss of a refit without its family [nats]; None where no refit was made."""
-    shape_at_bound: bool = False
-    """Whether a shape of its law lies at the end of its range, so that something else is more likely: slow turns that
-    encoders round look like a friction that fades over less than they resolve, and the answers of a controller to the
-    encoder look like an arm that bends faster than a metal arm does."""
+    doubtful: bool = False
+    """Whether something else is more likely. A shape of its law lies at the end of its range: the answers of a
+    controller to the encoder look like an arm that bends faster than a metal arm does. Or the law acts along the
+    filter's motion alone: where an axis turns slowly, the filter follows the counts of its encoder and seems braked."""
 
     @property
     def established(self) -> bool:
         """Whether it is shown."""
         strong = max(self.score.score, self.family_score) > self.effect.shown_from
-        return strong and not self.shape_at_bound and (self.refit_score is None or self.refit_score > REFITTED)
+        return strong and not self.doubtful and (self.refit_score is None or self.refit_score > REFITTED)
 
     @property
     def stated_score(self) -> float:
@@ -186,14 +186,15 @@ def _weigh_effects(form: Scores, null: Fit) -> Iterator[Finding]:
     bare = replace(null.point, parameters=rig.assign(fitted.parameters, values), harmonics=fitted.point.harmonics)
 
     @cache
+    def plain(kept: tuple[str, ...]) -> Fit:
+        return fitted if kept == selected else refit(fitted, effects, kept, value_only=True, other=bare)
+
+    @cache
     def least(kept: tuple[str, ...], mechanics: bool) -> float:
-        plain = fitted
-        if kept != selected:
-            plain = refit(fitted, effects, kept, value_only=True, other=bare)
         if not mechanics or _lack_mechanics(form, kept):
-            return plain.value
+            return plain(kept).value
         of_plant = [name for name in kept if form.effects[name].fault is None]
-        return min(plain.value, _add_mechanics(plain, of_plant).value)
+        return min(plain(kept).value, _add_mechanics(plain(kept), of_plant).value)
 
     def lost(gone: Sequence[str]) -> float:
         rest = tuple(name for name in selected if name not in gone)
@@ -201,9 +202,14 @@ def _weigh_effects(form: Scores, null: Fit) -> Iterator[Finding]:
         F = least(rest, mechanics)
         return F - least(selected, mechanics and F - fitted.value < UNKNOWN)  # a clear case needs no further fit
 
+    def seen(gone: Sequence[str]) -> bool:
+        rest = tuple(name for name in selected if name not in gone)
+        smooth = Scores(plain(rest), [form.effects[name] for name in selected], smoothed=True)
+        return max(one.score for one in smooth.scores(rest, among=gone).values()) > SEEN
+
     scores = form.scores(selected)
     for name in sorted(selected, key=lambda name: scores[name].score):
-        yield _weigh_effect(form, name, selected, scores, lost)
+        yield _weigh_effect(form, name, selected, scores, lost, seen)
 
 
 def stepwise(form: Scores, start: Sequence[str], barred: Collection[str] = ()) -> list[str]:
@@ -247,9 +253,12 @@ def established_families(form: Scores, selected: Sequence[str]) -> set[str]:
 
 def _weigh_effect(
     form: Scores, name: str, selected: Sequence[str], scores: dict[str, Score],
-    lost: Callable[[Sequence[str]], float] | None = None,
+    lost: Callable[[Sequence[str]], float] | None = None, seen: Callable[[Sequence[str]], bool] | None = None,
 ) -> Finding:  # fmt: skip
-    """Weigh an effect of a set; with ``lost``, the loss by a refit, also by a refit and against its rivals."""
+    """Weigh an effect of a set; with ``lost`` and ``seen`` also by a refit, along the smoothed motion, against rivals.
+
+    Of effects, they give the loss of a refit without them [nats], and whether the smoothed motion shows them.
+    """
     effect, score = form.effects[name], scores[name]
     relatives = [other for other in selected if form.effects[other].family == effect.family]
     names, bound = form.fitted.names, form.fitted.at_bound
@@ -263,12 +272,12 @@ def _weigh_effect(
         rest = [other for other in selected if other not in relatives]
         family = (form.fall(selected) - form.fall(rest)) / phi - KEPT * (len(relatives) - 1)
     at_bound = any(bound[names.index(shape)] for shape in effect.shapes if shape in names)
-    finding = Finding(effect, score, family, (), shape_at_bound=at_bound)
-    if lost is None:
+    finding = Finding(effect, score, family, (), doubtful=at_bound)
+    if lost is None or seen is None:
         return finding
     if finding.established:
         by_refit = lost(relatives) / phi - form.penalty[name] - KEPT * (len(relatives) - 1)
-        finding = replace(finding, refit_score=max(by_refit, 0.0))
+        finding = replace(finding, refit_score=max(by_refit, 0.0), doubtful=not seen(relatives))
     return replace(finding, alternatives=tuple(_alternatives(form, name, selected, score)))
 
 

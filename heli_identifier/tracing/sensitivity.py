@@ -76,9 +76,10 @@ class Quadratic:
 
 
 def linearise(
-    likelihood: Likelihood, point: Point, coordinates: Sequence[Coordinate], x: Array, sigma: Array
-) -> Quadratic:
-    """Return the quadratic form of F around a point.
+    likelihood: Likelihood, point: Point, coordinates: Sequence[Coordinate], x: Array, sigma: Array,
+    smoothed: bool = False,
+) -> Quadratic:  # fmt: skip
+    """Return the quadratic form of F around a point, or that of torques along the ``smoothed`` motion.
 
     The ``coordinates`` that may move are at ``x`` (P,), the scales ``sigma`` (a,) are those at the point.
     """
@@ -97,6 +98,7 @@ def linearise(
     H, g, information = np.zeros((logs, n, n)), np.zeros((logs, n)), np.zeros((a, n))
     covariance, blocks, steps, fall = list[Array](), list[Array](), list[tuple[Array, Array]](), 0.0
     for i, (e, motion) in enumerate(zip(*likelihood.run_all(point), strict=True)):
+        motion = likelihood.smooth_motion(i, point) if smoothed else motion
         H_axes, scores = _normal_equations(sensitivities, i, sigma, e, motion)
         information += np.diagonal(H_axes, axis1=1, axis2=2)[:, kept[:n]]
         scores = scores @ T

@@ -133,6 +133,9 @@ REFITTED = 6.0
 """Score [nats] that an established effect needs in a refit as well, and that establishes an effect that every rig has,
 where only the size is open: chance reaches it on one of 3 500 entries, so on one in 100 rigs."""
 
+SEEN = 2.0
+"""Nats along the smoothed motion below which a law is not seen there: 95 % of chance is below."""
+
 # --- what the catalogue cannot name (unknown.py) ---
 
 UNKNOWN = 22.0

@@ -245,7 +245,7 @@ def _references(
 
 def _log(
     base: Coefficients, control: Control, hover: tuple[float, float], noise: Noise, rate: float, size: float,
-    steps: bool, logged: bool, pushes: Sequence[Push], finer: int, rng: np.random.Generator,
+    steps: bool, logged: bool, pushes: Sequence[Push], finer: int, shake: float, rng: np.random.Generator,
 ) -> WindyLog:  # fmt: skip
     """Fly one log."""
     person, world, air = rng.spawn(3)
@@ -265,7 +265,7 @@ def _log(
     added[before:] += push_torque(count - before, pushes)
     read, angles, _, voltages = fly(
         np.full((samples, 2), control.mu_s0 / 2), np.array([base.theta0, hover[0], 0.0]), base, added,
-        ENCODER_SHAKE * world.standard_normal((samples, 3)), control=control, references=wanted,
+        shake * world.standard_normal((samples, 3)), control=control, references=wanted,
         hover=hover[0], rate=rate, lead=lead, zeros=zeros,
     )  # fmt: skip
     if finer > 1:
@@ -288,6 +288,7 @@ def windy_rig(
     counts: Mapping[str, int] = COUNTS,
     pushes: Mapping[str, Sequence[Push]] | None = None,
     finer: int = 1,
+    shake: float = ENCODER_SHAKE,
 ) -> WindyRig:
     """Draw a windy rig and fly its logs; what is not given follows the seed.
 
@@ -296,7 +297,7 @@ def windy_rig(
     travel, trigonometric gravity), on top of that joined by ``+`` beam (inertial coupling of the pitch) and names of
     `STRENGTHS`; ``references``: whether they are logged; ``counts`` of logs by letter, which do not change one another;
     ``pushes`` by a hand, by the log's name; ``finer``: how many times finer the encoders are that write the log, the
-    controller keeps its own.
+    controller keeps its own; ``shake`` of the encoders' lines [counts].
     """
     drawn, air, held, tuning, pilot, flights = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(6))
     base, hover = _base(rate, drawn)
@@ -310,7 +311,7 @@ def windy_rig(
         for number, own in enumerate(source.spawn(counts.get(letter, 0)), 1):
             name = f"{letter}{number}"
             pushed = (pushes or {}).get(name, ())
-            logs[name] = _log(acting, control, hover, noise, rate, size, steps, references, pushed, finer, own)
+            logs[name] = _log(acting, control, hover, noise, rate, size, steps, references, pushed, finer, shake, own)
     parameters = {name: getattr(base, name) for name in (*DRAWN, "theta0")} | {"T_m": base.t_m}
     truth = WindyTruth(parameters, {f"{e.name}/{e.axis}": e.coefficient for e in lacking})
     return WindyRig(logs, truth)
