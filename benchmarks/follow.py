@@ -158,9 +158,9 @@ def flight(half: int, seed: int, kind: str) -> list[Row]:
     fixed = following.FollowPlan(FollowSettings(parameters=values, correcting=False))
     errors, events, adoptions = follow_record(rows, fresh, plan)
 
-    def error_with_values(begin: float, end: float, values: tuple[float, ...]) -> float:
-        """Return the error of a twin with these values, which predicts from the same observer at the same samples."""
-        fixed.alone = plan.build_twin(values)
+    def error_with(twin: PlantParameters, begin: float, end: float) -> float:
+        """Return the error of this twin, which predicts from the same observer at the same samples."""
+        fixed.alone = twin
         return rms(follow_record(rows, fresh, fixed, begin, end)[0], columns=TWIN)
 
     alarms = [event for event in events if event.what == "alarm"]
@@ -184,12 +184,12 @@ def flight(half: int, seed: int, kind: str) -> list[Row]:
         same |= {name: getattr(is_, name) for name in FRICTIONS} | {"a_1": values.a_1 + is_.a_1 - was.a_1}
         same |= dict(zip(FIELDS[-2:], stages[-1].shares, strict=True))
         p = values._replace(cable_stiffness_travel=is_.cable_stiffness, **same)
-        row["told"] = error_with_values(begin, last, tuple(getattr(p, field) for field in FIELDS))
+        row["told"] = error_with(p, begin, last)
     for event, before in adoptions:
         begin, last = event.time + 2.0, event.time + 62.0
         old = rms(errors, begin, last, ALONE)
-        if before != plan.alone.values:
-            old = error_with_values(begin, last, before)
+        if before != plan.alone:
+            old = error_with(before, begin, last)
         row["adoptions"].append([event.name, event.time, old, rms(errors, begin, last, TWIN)])
     texts = [f"{event.time:.1f} s {event.what} {event.name}" for event in events]
     return [row | {"line": f"{kind} {seed}: {'; '.join(texts) or 'nothing'}"}]
@@ -197,11 +197,11 @@ def flight(half: int, seed: int, kind: str) -> list[Row]:
 
 def follow_record(
     rows: Array, fresh: Array, plan: following.FollowPlan, begin: float = 0.0, end: float = 1e9
-) -> tuple[Array, list[Event], list[tuple[Event, tuple[float, ...]]]]:
+) -> tuple[Array, list[Event], list[tuple[Event, PlantParameters]]]:
     """Follow a record, for errors from ``begin`` to ``end`` [s].
 
     Returns errors 1 s ahead (M, 7): time, errors of the twin, errors of the twin that is left alone; events; adoptions
-    with the values before.
+    with the twin before.
     """
     first, last = max(0, round(RATE * (begin - SETTLED))), min(len(rows), round(RATE * end) + 1)
     state = following.start_correcting(plan, Sample(*rows[first].tolist()))
@@ -209,9 +209,9 @@ def follow_record(
     memory = memory._replace(state=memory.state._replace(cable_rest=float(rows[0, 4])))
     state = state._replace(observer=state.observer._replace(memory=memory))
     errors: list[tuple[float, ...]] = []
-    events, adoptions = list[Event](), list[tuple[Event, tuple[float, ...]]]()
+    events, adoptions = list[Event](), list[tuple[Event, PlantParameters]]()
     for k in range(first + 1, last):
-        before, sample = state.twin.values, Sample(*(*rows[k].tolist(), float(fresh[k])))
+        before, sample = state.twin, Sample(*(*rows[k].tolist(), float(fresh[k])))
         state, new_events = following.correct(state, sample, plan)
         events += new_events
         adoptions += [(event, before) for event in new_events if event.what == "adopted"]

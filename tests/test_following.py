@@ -19,7 +19,7 @@ from heli_identifier.following.evidence import Coefficients, Noise, shift_block,
 from heli_identifier.following.observer import Encoder
 from heli_identifier.following.prediction import compare_errors
 from heli_identifier.following.trial import take_back
-from heli_plant.observer import CORRECTED, observer_gains
+from heli_plant.observer import observer_gains
 from heli_plant.parameters import TABLE_2
 from tests.simulated import COUNT, H, changing_rig
 
@@ -162,13 +162,13 @@ def test_a_change_is_noticed_named_measured_and_adopted(name):
     assert adopted[0].name == name and adopted[0].why == REASONS["better"][1]
     # four standard errors, and a twentieth of the change for what is not linear in it
     change = getattr(after, field) - getattr(TABLE_2, field)
-    found = getattr(following.parameters_in_use(state)[0], field)
+    found = getattr(state.twin, field)
     assert abs(found - getattr(after, field)) < 4.0 * adopted[-1].standard_error + 0.05 * abs(change)
     twins, axis = state.predictions, ("pitch", "elevation", "travel").index(adopted[0].axis)
     assert twins.used.rms(plan.window)[axis] < twins.alone.rms(plan.window)[axis]
     assert compare_errors(twins.used.errors, twins.alone.errors, (axis,))[0] < 0.0
-    place, at = [one for one, _ in CORRECTED].index(name), round(adopted[0].time / H) - 1
-    begin, end = [states[at + k].twin.values[place] for k in (0, 1)]
+    at = round(adopted[0].time / H) - 1
+    begin, end = [getattr(states[at + k].twin, field) for k in (0, 1)]
     assert begin == getattr(TABLE_2, field) != end
 
 
@@ -179,7 +179,7 @@ def test_a_rotor_that_lost_thrust_is_told_from_a_gain_also_where_the_thrust_bend
     rows = changing_rig(60.0, before._replace(share_front=0.8), change=30.0, seed=5, before=before)
     state, events, _, _ = follow(rows, parameters=before)
     assert [event.name for event in events if event.what == "adopted"][:1] == ["rotor.front"]
-    p = following.parameters_in_use(state)[0]
+    p = state.twin
     assert p.share_front == pytest.approx(0.8, abs=0.03) and p._replace(share_front=1.0) == before  # 3 standard errors
 
 
@@ -230,7 +230,7 @@ def test_a_size_that_is_off_when_the_watch_ends_is_put_on_trial_again(late, shar
     last = first_state("following", first_state("adopted"))
     before = adopted_flight()[last - 1]
     change = PLAN.changes[before.finding.change]
-    along = change.direction(before.twin.values)
+    along = change.direction(before.twin)
     blocks = tuple(shift_block(one, along, -share * change.size) for one in before.blocks[-late:])
     state, _ = following.correct(
         before._replace(blocks=(*before.blocks[:-late], *blocks)), Sample(*changed_rows("elevation.gain")[last]), PLAN
@@ -245,7 +245,7 @@ def test_a_size_that_is_off_when_the_watch_ends_is_put_on_trial_again(late, shar
 def test_without_corrections_a_change_is_reported_and_held():
     state, events, _, plan = follow(changed_rows("elevation.gain")[:5000], correcting=False)
     assert {event.what for event in events} == {"alarm", "held"}
-    assert following.parameters_in_use(state)[0] == TABLE_2
+    assert state.twin == TABLE_2
 
 
 def test_the_state_comes_back_from_json_to_the_bit_in_the_middle_of_a_trial_and_of_a_gap():
@@ -332,7 +332,7 @@ def test_an_encoder_that_stands_still_while_the_rig_moves_is_said_once_however_l
     state, events, _, plan = follow(rows)
     assert [event.why for event in events] == [FROZEN, BACK]
     assert 30.0 < events[0].time < 31.0 and events[1].time >= 36.0
-    assert following.parameters_in_use(state)[0] == TABLE_2
+    assert state.twin == TABLE_2
 
 
 def test_an_axis_that_is_locked_from_the_start_stops_no_correction():

@@ -17,7 +17,7 @@ from heli_identifier.online.excitation import Excitation, paper_channels, voltag
 from heli_identifier.records import Log, write_log
 from heli_plant.communication import quantise
 from heli_plant.control import PidSettings, pid_step, start_pid
-from heli_plant.observer import CORRECTED
+from heli_plant.observer import CORRECTED, FIELDS
 from heli_plant.parameters import TABLE_2, from_names
 from heli_plant.plant import measured_angles
 from heli_plant.plant import step as plant_step
@@ -210,8 +210,8 @@ def test_the_units_give_corrections_and_events_of_the_pure_follower_and_the_plan
         states.append(state)
         events.extend(said)
     # the units show one step later what the follower knows after samples 1, 2, ...
-    for place, (name, _) in enumerate(CORRECTED):
-        wanted = [state.twin.values[place] - plan.alone.values[place] for state in states]
+    for field, (name, _) in zip(FIELDS, CORRECTED, strict=True):
+        wanted = [getattr(state.twin, field) - getattr(plan.alone, field) for state in states]
         assert result.column(f"corrector.correction.{name}")[2:steps].tolist() == wanted
     change = [change.name for change in plan.changes].index(events[-1].name) + 1
     assert events[-1].what == "adopted"

@@ -6,7 +6,7 @@ from functools import partial
 from typing import ClassVar
 
 from heli_identifier import following
-from heli_plant.observer import CORRECTED
+from heli_plant.observer import CORRECTED, FIELDS
 from heli_plant.parameters import PARAMETERS, check_parameters
 
 from ..slave_base import SlaveBase, check_substeps, time_tolerance
@@ -99,9 +99,8 @@ class Corrector(SlaveBase):
             errors = [*twins.used.rms(window), *twins.alone.rms(window)]
         else:  # keep those of the last comparison
             errors = [self.value(f"{which}.{axis}") for which in ("error", "error_alone") for axis in AXES]
-        pairs = zip(state.twin.values, self.plan.alone.values, strict=True)
         outputs = [
-            *[value - start for value, start in pairs],
+            *[getattr(state.twin, field) - getattr(self.plan.alone, field) for field in FIELDS],
             *state.errors,
             *twins.used.predicted,
             *twins.alone.predicted,

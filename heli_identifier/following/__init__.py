@@ -5,6 +5,6 @@ docs/explanation/following.md explains the method and names its sources.
 """
 
 # ruff: noqa: F401 - this is the door
-from .corrector import correct, parameters_in_use, start_correcting
+from .corrector import correct, start_correcting
 from .plan import SAMPLE_TIME, FollowPlan, FollowSettings
 from .state import MODES, REASONS, WHAT, CorrectorState, Event, Sample

@@ -56,50 +56,51 @@ _HOVER = 5.0
 """Sum of the voltages in hover, about [V]. There the offset of the elevation balances the gain: their errors go
 together."""
 
-_ROTORS = (("rotor.front", (-2,), 0.5, 0.5), ("rotor.rear", (-1,), 0.5, -0.5), ("rotor.both", (-2, -1), 1.0, 0.0))
-"""Name, places among the values of a twin, and entries of D for the first two regressors [share of the gain]."""
+_FRONT, _REAR = "share_front", "share_rear"
+_ROTORS = (
+    ("rotor.front", (_FRONT,), 0.5, 0.5), ("rotor.rear", (_REAR,), 0.5, -0.5), ("rotor.both", (_FRONT, _REAR), 1.0, 0.0)
+)  # fmt: skip
+"""Name, fields of the shares of thrust, and entries of D for the first two regressors [share of the gain]."""
 
 
 class Change(NamedTuple):
     """One thing that may change.
 
-    ``name`` as in parameter sets; ``field`` of :class:`heli_plant.parameters.PlantParameters`, empty for the rotors;
-    numbers of the ``axes`` on which it acts; ``places`` among the values of a twin that it changes; ``entries`` of D,
-    for the rotors to be multiplied by the axis' gain; ``size``: the smallest change that matters [unit of the
-    parameter, or share of a rotor's thrust]; bounds of the value after the change.
+    ``name`` as in parameter sets; the ``fields`` of the plant's parameters that it changes, by the same share of each
+    if it is ``of_rotors``; numbers of the ``axes`` on which it acts; ``entries`` of D, for the rotors to be multiplied
+    by the axis' gain; ``size``: the smallest change that matters [unit of the parameter, or share of a rotor's thrust];
+    bounds of the value after the change.
     """
 
     name: str
-    field: str
+    fields: tuple[str, ...]
+    of_rotors: bool
     axes: tuple[int, ...]
-    places: tuple[int, ...]
     entries: Direction
     size: float
     lower: float
     upper: float
 
-    def direction(self, values: Vector) -> Direction:
-        """Return D for a twin with these ``values``; the first three are the gains k_x, k_z, k_y."""
-        if self.field:
+    def direction(self, p: PlantParameters) -> Direction:
+        """Return D for a twin with the parameters ``p``."""
+        if not self.of_rotors:
             return self.entries
-        return tuple([(axis, column, share * values[axis]) for axis, column, share in self.entries])
+        return tuple([(axis, column, share * getattr(p, GAINS[axis])) for axis, column, share in self.entries])
 
-    def value(self, values: Vector) -> float:
+    def value(self, p: PlantParameters) -> float:
         """Return the value that changes; for both rotors, the front one's share."""
-        return values[self.places[0]]
+        return getattr(p, self.fields[0])
 
-    def apply(self, size: float, values: Vector) -> Vector:
-        """Return ``values`` after a change of ``size``."""
-        after = list(values)
-        for place in self.places:
-            after[place] = after[place] + size if self.field else after[place] * (1.0 + size)
-        return tuple(after)
+    def apply(self, size: float, p: PlantParameters) -> PlantParameters:
+        """Return ``p`` after a change of ``size``."""
+        before = {field: getattr(p, field) for field in self.fields}
+        return p._replace(**{name: x * (1.0 + size) if self.of_rotors else x + size for name, x in before.items()})
 
-    def bounds(self, values: Vector) -> tuple[float, float]:
+    def bounds(self, p: PlantParameters) -> tuple[float, float]:
         """Return the smallest and the largest size that are physically possible."""
-        value = self.value(values)
+        value = self.value(p)
         lower, upper = self.lower - value, self.upper - value
-        return (lower, upper) if self.field else (lower / value, upper / value)
+        return (lower / value, upper / value) if self.of_rotors else (lower, upper)
 
 
 def smallest_size(field: str) -> float:
@@ -112,8 +113,7 @@ def list_changes(p: PlantParameters) -> tuple[Change, ...]:
     changes: list[Change] = []
 
     def add(field: str, axis: int, column: int, size: float, low: float, high: float) -> None:
-        place, entries = len(changes), ((axis, column, 1.0),)
-        changes.append(Change(BY_FIELD[field].name, field, (axis,), (place,), entries, size, low, high))
+        changes.append(Change(BY_FIELD[field].name, (field,), False, (axis,), ((axis, column, 1.0),), size, low, high))
 
     for axis, field in enumerate(GAINS):
         value = getattr(p, field)
@@ -128,9 +128,9 @@ def list_changes(p: PlantParameters) -> tuple[Change, ...]:
         column = _EFFECT_COLUMN + LAWS[axis].index(field) if field in LAWS[axis] else _OFFSET_COLUMN
         add(field, axis, column, smallest_size(field), parameter.minimum, parameter.maximum)
     rotors = []
-    for name, places, first, second in _ROTORS:
+    for name, fields, first, second in _ROTORS:
         entries = tuple([entry for axis in range(3) for entry in ((axis, 0, first), (axis, 1, second))])
-        rotors.append(Change(name, "", (PITCH, ELEVATION, TRAVEL), places, entries, _THRUST_SHARE, 0.2, 1.5))
+        rotors.append(Change(name, fields, True, (PITCH, ELEVATION, TRAVEL), entries, _THRUST_SHARE, 0.2, 1.5))
     return (*changes[:first_effect], *rotors, *changes[first_effect:])
 
 

@@ -2,7 +2,6 @@
 
 from heli_plant.motor import saturate
 from heli_plant.observer import FIELDS
-from heli_plant.parameters import BY_FIELD, PlantParameters
 from heli_plant.plant import measured_angles
 from heli_plant.state import start_state
 
@@ -23,13 +22,13 @@ _DROPPED_BLOCKS = 2  # blocks before a fault of the stream that are dropped: it 
 
 def start_correcting(plan: FollowPlan, sample: Sample) -> CorrectorState:
     """Return the state at the first ``sample``, with the plant at rest at its angles."""
-    voltages, angles, twin = sample[:2], sample[2:5], plan.alone
+    voltages, angles = sample[:2], sample[2:5]
     return CorrectorState(
         settled_at=plan.settling,
-        observer=start_observer(start_state(*angles, *voltages), voltages, twin.parameters, plan),
+        observer=start_observer(start_state(*angles, *voltages), voltages, plan.alone, plan),
         encoders=tuple([Encoder(angle, still=1) for angle in angles]),
-        twin=twin,
-        errors=(0.0,) * len(twin.values),
+        twin=plan.alone,
+        errors=(0.0,) * len(FIELDS),
         predictions=Predictions((Copies(predicted=angles),) * 2),
         sums=plan.no_sums,
         noises=(Noise(),) * 3,
@@ -100,7 +99,7 @@ def _resume(state: CorrectorState, angles: Angles, plan: FollowPlan) -> Correcto
     """Return the state with an observer that starts again from the ``angles`` of a sample."""
     before, since, held = state.observer.memory
     first = start_state(*angles, before.nu_front, before.nu_rear)._replace(cable_rest=before.cable_rest)
-    observer = start_observer(first, state.observer.voltages, state.twin.parameters, plan)
+    observer = start_observer(first, state.observer.voltages, state.twin, plan)
     return add_event(state, "back", plan)._replace(
         suspended=False,
         settled_at=state.samples + plan.settling,
@@ -158,11 +157,5 @@ def _close_block(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
                     squares[change.axes[0]].append(response * response / information)
             proved = zip(state.noises, squares, strict=True)
             state = state._replace(noises=tuple([noise.inflate(of_axis) for noise, of_axis in proved]))
-    tested = tuple([Projection(*project_block(marginal, one.direction(state.twin.values))) for one in plan.changes])
+    tested = tuple([Projection(*project_block(marginal, one.direction(state.twin))) for one in plan.changes])
     return state._replace(blocks=(*state.blocks, block)[-_KEPT_BLOCKS:], tested=(*state.tested, tested)[-_KEPT_BLOCKS:])
-
-
-def parameters_in_use(state: CorrectorState) -> tuple[PlantParameters, dict[str, float]]:
-    """Return the plant's parameters in use, and the standard errors of the adopted ones by structured name."""
-    pairs = zip(FIELDS, state.errors, strict=True)
-    return state.twin.parameters, {BY_FIELD[field].name: error for field, error in pairs if error > 0.0}

@@ -27,7 +27,7 @@ from heli_plant.state import PlantState
 
 from .changes import Matrix, Vector, regress_motion
 from .covariance import correct_covariance, predict_covariance
-from .plan import FollowPlan, Twin
+from .plan import FollowPlan
 
 Angles = tuple[float, float, float]
 """Of pitch, elevation and travel [rad]."""
@@ -59,13 +59,13 @@ class Observer(NamedTuple):
     in_a_row: int = 0
 
     def advance(
-        self, voltages: Voltages, time: float, has_sample: bool, twin: Twin, plan: FollowPlan
+        self, voltages: Voltages, time: float, has_sample: bool, p: PlantParameters, plan: FollowPlan
     ) -> "tuple[Observer, Voltages]":
-        """Return the observer one sampling interval after ``time`` [s], and the voltages that arrived meanwhile [V].
+        """Return the observer of the twin ``p`` an interval after ``time`` [s], and the voltages that arrived [V].
 
         The new ``voltages`` [V] are held from then on. The correction by a sample, if there is one, comes afterwards.
         """
-        h, p, before, gains = plan.settings.sample_time, twin.parameters, self.memory.state, plan.steady[0].gains
+        h, before, gains = plan.settings.sample_time, self.memory.state, plan.steady[0].gains
         arrived = self.voltages
         memory = communicate(self.memory, *arrived, 0.0, time, 0.0, h, h, plan.delay, p)
         if plan.delay > 0.0:

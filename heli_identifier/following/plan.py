@@ -4,10 +4,10 @@ from math import log
 from typing import NamedTuple
 
 from heli_plant.laws import input_delay
-from heli_plant.observer import FIELDS, TRAVEL_BANDWIDTH
+from heli_plant.observer import TRAVEL_BANDWIDTH
 from heli_plant.parameters import PlantParameters
 
-from .changes import Vector, list_changes, prior_deviations
+from .changes import list_changes, prior_deviations
 from .covariance import find_steady_state, gap_memory
 from .evidence import start_sums
 
@@ -23,7 +23,7 @@ _STUCK_TIME = 0.5  # time at one count after which an encoder is ignored [s]
 
 
 class FollowSettings(NamedTuple):
-    """Everything that can be set on the following twin.
+    """Everything that can be set on the following twin, which is a set of the plant's parameters.
 
     Time between two samples h [s]; ``parameters`` in use at the start; smallest mean time between two false alarms [s];
     bandwidth of the observer's poles on pitch and elevation [rad/s] (:mod:`heli_plant.observer`); ``correcting``:
@@ -35,13 +35,6 @@ class FollowSettings(NamedTuple):
     false_alarm_time: float = 36000.0
     observer_bandwidth: float = 6.6
     correcting: bool = True
-
-
-class Twin(NamedTuple):
-    """A twin: values of :data:`heli_plant.observer.CORRECTED`, with the rotors' shares last, and its plant."""
-
-    values: Vector
-    parameters: PlantParameters
 
 
 class FollowPlan:
@@ -59,8 +52,8 @@ class FollowPlan:
 
     def __init__(self, settings: FollowSettings) -> None:
         h, p, bandwidth = settings.sample_time, settings.parameters, settings.observer_bandwidth
-        self.settings, self.changes, self.deviations = settings, list_changes(p), prior_deviations(p)
-        self.alone = Twin(tuple(getattr(p, field) for field in FIELDS), p)
+        self.settings, self.alone = settings, p
+        self.changes, self.deviations = list_changes(p), prior_deviations(p)
         self.no_sums = tuple([start_sums(len(row)) for row in self.deviations])
         self.no_block = tuple([sums.products for sums in self.no_sums])
         self.steady = tuple([find_steady_state(factor * bandwidth, h) for factor in (1.0, 1.0, TRAVEL_BANDWIDTH)])
@@ -76,7 +69,3 @@ class FollowPlan:
         self.settling, self.stop, self.stuck = samples(_SETTLING_TIME), samples(_STOP_TIME), samples(_STUCK_TIME)
         self.gap_memory = gap_memory(bandwidth, h)
         self.window = round(_WINDOW_TIME / (self.launch * h))
-
-    def build_twin(self, values: Vector) -> Twin:
-        """Return the twin with these values in use."""
-        return Twin(values, self.settings.parameters._replace(**dict(zip(FIELDS, values, strict=True))))

@@ -10,13 +10,14 @@ from math import ceil, sqrt
 from typing import NamedTuple
 
 from heli_plant.laws import bends
+from heli_plant.parameters import PlantParameters
 from heli_plant.plant import measured_angles, step
 from heli_plant.state import PlantState
 
 from ..online.linear_algebra import total
 from .changes import Vector
 from .observer import Angles, Voltages
-from .plan import FollowPlan, Twin
+from .plan import FollowPlan
 
 WINDOWS = 3
 """Windows for which errors are kept, and a trial lasts at most. In one window of steady hover a wrong gain may predict
@@ -65,14 +66,14 @@ class Predictions(NamedTuple):
         """Return the predictions without running copies."""
         return self._replace(copies=tuple([copies._replace(running=()) for copies in self.copies]))
 
-    def move(self, twins: tuple[Twin, ...], k: int, plan: FollowPlan) -> "Predictions":
+    def move(self, twins: tuple[PlantParameters, ...], k: int, plan: FollowPlan) -> "Predictions":
         """Return the copies of ``twins`` at sample ``k``, a coarse step later."""
         length = plan.coarse * plan.settings.sample_time
         time = (k // plan.coarse - 1) * length
         voltages = self.arrived[0] / plan.coarse, self.arrived[1] / plan.coarse
         moved = []
-        for copies, twin in zip(self.copies, twins, strict=True):
-            running, p = copies.running, twin.parameters
+        for copies, p in zip(self.copies, twins, strict=True):
+            running = copies.running
             parts = ceil(length / _FAST_STEP) if bends(p) else 1
             for part in range(parts):
                 begin, h = time + part * length / parts, length / parts

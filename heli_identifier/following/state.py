@@ -3,11 +3,13 @@
 from math import sqrt
 from typing import Any, NamedTuple
 
+from heli_plant.parameters import PlantParameters
+
 from .changes import Vector
 from .cusum import NOTHING, Finding, Projection
 from .evidence import Baseline, Block, Noise, Sums
 from .observer import Encoder, Observer
-from .plan import FollowPlan, Twin
+from .plan import FollowPlan
 from .prediction import Copies, Predictions
 
 _AHEAD = "predictions 1 s ahead"
@@ -96,7 +98,7 @@ class CorrectorState(NamedTuple):
     settled_at: int
     observer: Observer
     encoders: tuple[Encoder, ...]
-    twin: Twin
+    twin: PlantParameters
     errors: Vector
     predictions: Predictions
     sums: tuple[Sums, ...]
@@ -105,7 +107,7 @@ class CorrectorState(NamedTuple):
     samples: int = 0
     waiting: int = 0
     changed_at: int = 0
-    rival: tuple[Twin, ...] = ()
+    rival: tuple[PlantParameters, ...] = ()
     mode: str = "starting"
     mode_since: int = 0
     suspended: bool = False
@@ -139,11 +141,11 @@ class CorrectorState(NamedTuple):
         """Return the state in a new ``mode``, with new values of other ``fields``."""
         return self._replace(mode=mode, mode_since=self.samples, **fields)
 
-    def use(self, values: Vector, errors: Vector, plan: FollowPlan) -> "CorrectorState":
-        """Return the state whose twin uses these ``values`` from now on; ``errors``: their standard errors."""
-        return self._replace(twin=plan.build_twin(values), errors=errors, changed_at=self.samples)
+    def use(self, twin: PlantParameters, errors: Vector) -> "CorrectorState":
+        """Return the state that uses this ``twin`` from now on; ``errors``: standard errors of adopted values."""
+        return self._replace(twin=twin, errors=errors, changed_at=self.samples)
 
-    def with_rival(self, *rival: Twin) -> "CorrectorState":
+    def with_rival(self, *rival: PlantParameters) -> "CorrectorState":
         """Return the state with a new ``rival``, or without one."""
         copies = (*self.predictions.copies[:2], *[Copies() for _ in rival])
         return self._replace(predictions=self.predictions._replace(copies=copies), rival=rival)

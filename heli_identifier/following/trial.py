@@ -11,6 +11,7 @@ Size and name are estimated from the blocks that begin two after the change, the
 """
 
 from heli_plant.effects import AXES
+from heli_plant.observer import FIELDS
 
 from ..online.linear_algebra import total
 from .cusum import NOTHING, Finding, cusum_statistic, judge_size, siegmund_threshold
@@ -103,7 +104,7 @@ def _put_on_trial(state: CorrectorState, finding: Finding, plan: FollowPlan) -> 
     """Start a rival twin with the change; hold the change if corrections are off."""
     if not plan.settings.correcting:
         return _hold(state, finding, "off", plan)
-    rival = plan.build_twin(plan.changes[finding.change].apply(finding.size, state.twin.values))
+    rival = plan.changes[finding.change].apply(finding.size, state.twin)
     return state.with_rival(rival).enter("on trial", finding=finding)
 
 
@@ -131,11 +132,9 @@ def try_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
         return _hold(state, latest, "not better", plan)
     # the twin before is the rival from now on
     state, before, change = add_event(state, "better", plan, latest), state.twin, plan.changes[latest.change]
-    errors = list(state.errors)
-    for place in change.places:
-        errors[place] = state.events[-1].standard_error
-    direction, values = change.direction(before.values), change.apply(latest.size, before.values)
-    state = state.use(values, tuple(errors), plan).with_rival(before)
+    direction, adopted = change.direction(before), state.events[-1].standard_error
+    errors = [adopted if name in change.fields else error for name, error in zip(FIELDS, state.errors, strict=True)]
+    state = state.use(change.apply(latest.size, before), tuple(errors)).with_rival(before)
     return state.enter(
         "adopted",
         finding=latest,
@@ -167,16 +166,15 @@ def watch_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
 
 def take_back(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     """Return the state that uses the rival's values again; those of the start have no standard error."""
-    values = state.rival[0].values
-    places = zip(values, plan.alone.values, state.errors, strict=True)
-    errors = tuple([0.0 if value == start else error for value, start, error in places])
-    state = state.use(values, errors, plan)._replace(blocks=())
+    twin, fields = state.rival[0], zip(FIELDS, state.errors, strict=True)
+    errors = tuple([0.0 if getattr(twin, name) == getattr(plan.alone, name) else error for name, error in fields])
+    state = state.use(twin, errors)._replace(blocks=())
     return add_event(state, "worse", plan, Finding(state.finding.change)).follow_again()
 
 
 def sum_blocks(state: CorrectorState, number: int, count: int, plan: FollowPlan) -> list[tuple[float, float]]:
     """Return D^T b and D^T R D of the last block, of the last two blocks, and so on up to ``count`` blocks."""
-    direction, sums = plan.changes[number].direction(state.twin.values), [(0.0, 0.0)]
+    direction, sums = plan.changes[number].direction(state.twin), [(0.0, 0.0)]
     for block in reversed(state.blocks[-count:]):
         response, information = project_block(block, direction)
         sums.append((sums[-1][0] + response, sums[-1][1] + information))
@@ -191,7 +189,7 @@ def estimate_change(
     If not from ``all_blocks``, it is estimated from as many of the last ones as make it likeliest.
     """
     change = plan.changes[number]
-    bounds = change.bounds(state.twin.values)
+    bounds = change.bounds(state.twin)
     sums = list(enumerate(sum_blocks(state, number, count, plan), 1))
     chosen = sums[-1:] if all_blocks else sums
     findings = [judge_size(number, n, b, r, change.size, bounds) for n, (b, r) in chosen]
@@ -219,14 +217,14 @@ def add_event(state: CorrectorState, why: str, plan: FollowPlan, finding: Findin
     time, (what, reason) = state.samples * plan.settings.sample_time, REASONS[why]
     event = Event(time, what, since=time, why=reason)
     if finding.change >= 0:
-        change, values = plan.changes[finding.change], state.twin.values
+        change, p = plan.changes[finding.change], state.twin
         blocks = finding.blocks + (SWINGING if finding.blocks > 0 and why != "suspected" else 0)
         event = event._replace(
             name=change.name,
             other=plan.changes[finding.other].name if finding.other >= 0 else "",
-            axis=AXES[change.axes[0]] if change.field else "rotors",
-            value=change.value(change.apply(finding.size, values)),
-            standard_error=finding.standard_error * (1.0 if change.field else change.value(values)),
+            axis="rotors" if change.of_rotors else AXES[change.axes[0]],
+            value=change.value(change.apply(finding.size, p)),
+            standard_error=finding.standard_error * (change.value(p) if change.of_rotors else 1.0),
             since=time - blocks * plan.block * plan.settings.sample_time,
         )
     return state._replace(events=(*state.events, event))

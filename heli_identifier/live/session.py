@@ -22,8 +22,8 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import CONTRACT_HEADERS
 from heli_identifier.results import PLANT, ParameterSet, document_text, plant_values, unit_text, write_whole_folder
 from heli_plant.effects import AXES
-from heli_plant.observer import CORRECTED
-from heli_plant.parameters import PARAMETERS
+from heli_plant.observer import FIELDS
+from heli_plant.parameters import BY_FIELD, PARAMETERS
 
 RECORDED, PREDICTIONS, EVENTS, IN_USE = "recorded.csv", "predictions.csv", "events.json", "following.json"
 """Files of a flight: its samples, predictions, events, and the parameters that the twin uses."""
@@ -225,8 +225,9 @@ class Session:
         """Return the parameters that the twin uses; adopted values have the standard error of their adoption."""
         plant, errors = self.plant, self.errors
         if self.twin is not None:
-            plant, adopted = following.parameters_in_use(self.twin[1])
-            errors = {**errors, **adopted}
+            state = self.twin[1]
+            adopted = {BY_FIELD[field].name: error for field, error in zip(FIELDS, state.errors, strict=True) if error}
+            plant, errors = state.twin, {**errors, **adopted}
         known = {
             row.field: Estimate(getattr(plant, row.field), errors[row.name], row.unit)
             for row in PARAMETERS
@@ -238,8 +239,9 @@ class Session:
 def _values(state: CorrectorState, plan: FollowPlan, known: Mapping[str, float]) -> list[dict[str, Any]]:
     """Return the values that are not 0; ``known``: standard errors of those that were not adopted."""
     rows = []
-    columns = zip(CORRECTED, plan.alone.values, state.twin.values, state.errors, strict=True)
-    for (name, unit), start, used, error in columns:
+    for field, error in zip(FIELDS, state.errors, strict=True):
+        name, unit = BY_FIELD[field].name, BY_FIELD[field].unit
+        start, used = getattr(plan.alone, field), getattr(state.twin, field)
         if start != 0.0 or used != 0.0:
             band = 1.96 * (error or known.get(name, 0.0))
             rows.append({"name": name, "start": start, "used": used, "band": band, "unit": unit_text(unit) or "1"})
