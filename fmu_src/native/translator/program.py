@@ -111,16 +111,9 @@ def header(translation: Translation, memory: c.CType = c.NOTHING) -> str:
     external = [body for body in translation.functions.values() if body.is_external]
     return render_types(
         "model.h.j2", translation, heads=[_head(body) for body in (*translation.entries, *external)],
-        saved=[kind for kind in translation.types if kind in saved], plain=set(filter(_is_plain, saved)),
+        saved=[kind for kind in translation.types if kind in saved],
         maybes=[kind for kind in translation.types if isinstance(kind, c.Maybe)],
     )  # fmt: skip
-
-
-def _is_plain(kind: c.CType) -> bool:
-    """Return whether a type consists of doubles and integers only, so that its bytes can be copied."""
-    if isinstance(kind, c.Struct | c.Row):
-        return all(_is_plain(inner) for _, inner in c.parts_of(kind))
-    return kind in (c.FLOAT, c.INT)
 
 
 def _all_parts(kind: c.CType) -> Iterator[c.CType]:
