@@ -164,13 +164,13 @@ def flight(half: int, seed: int, kind: str) -> list[Row]:
         return rms(follow_record(rows, fresh, fixed, begin, end)[0], columns=TWIN)
 
     alarms = [event for event in events if event.what == "alarm"]
-    row: Row = {"kind": kind, "events": [event.document() for event in events], "changes": [], "adoptions": []}
+    row: Row = {"kind": kind, "events": [event._asdict() for event in events], "changes": [], "adoptions": []}
     row["false"] = 0 if kinds else sum("no longer" in event.why for event in alarms)
     ends = [*(stage.start for stage in stages[2:]), math.inf][: len(kinds)]
     for name, stage, until in zip(kinds, stages[1:], ends, strict=True):
-        of_change = [event for event in alarms if stage.start <= event.time < until]
+        of_change = [event for event in alarms if stage.start <= event.time_s < until]
         tried = [event.name for event in of_change if not event.why.startswith("the inno")]
-        delay = of_change[0].time - stage.start if of_change else math.inf
+        delay = of_change[0].time_s - stage.start if of_change else math.inf
         enough = excited_until(name, measured, rig.coefficients, stage.start)
         row["changes"].append({
             "delay": delay, "noticed": delay <= (stage.slow or LIMIT), "named": tried[:1] == [NAMES[name]],
@@ -186,12 +186,12 @@ def flight(half: int, seed: int, kind: str) -> list[Row]:
         p = values._replace(cable_stiffness_travel=is_.cable_stiffness, **same)
         row["told"] = error_with(p, begin, last)
     for event, before in adoptions:
-        begin, last = event.time + 2.0, event.time + 62.0
+        begin, last = event.time_s + 2.0, event.time_s + 62.0
         old = rms(errors, begin, last, ALONE)
         if before != plan.alone:
             old = error_with(before, begin, last)
-        row["adoptions"].append([event.name, event.time, old, rms(errors, begin, last, TWIN)])
-    texts = [f"{event.time:.1f} s {event.what} {event.name}" for event in events]
+        row["adoptions"].append([event.name, event.time_s, old, rms(errors, begin, last, TWIN)])
+    texts = [f"{event.time_s:.1f} s {event.what} {event.name}" for event in events]
     return [row | {"line": f"{kind} {seed}: {'; '.join(texts) or 'nothing'}"}]
 
 

@@ -118,5 +118,5 @@ class Corrector(SlaveBase):
             names = ["", *(change.name for change in self.plan.changes)]
             why = list(following.REASONS.values()).index((event.what, event.why))
             outputs += [following.WHAT.index(event.what) + 1.0, float(names.index(event.name)), why + 1.0]
-            outputs += [event.value, event.standard_error, self.start_time + event.since]
+            outputs += [event.value, event.standard_error, self.start_time + event.since_s]
         self.show(outputs)

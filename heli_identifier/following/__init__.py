@@ -7,4 +7,4 @@ docs/explanation/following.md explains the method and names its sources.
 # ruff: noqa: F401 - this is the door
 from .corrector import correct, start_correcting
 from .plan import SAMPLE_TIME, FollowPlan, FollowSettings
-from .state import MODES, REASONS, WHAT, CorrectorState, Event, Sample
+from .state import DIGITS, MODES, REASONS, WHAT, CorrectorState, Event, Sample

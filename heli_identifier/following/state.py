@@ -44,8 +44,7 @@ REASONS = {
 WHAT = tuple(dict.fromkeys([what for what, _ in REASONS.values()]))
 """Alarm, adopted, held, rolled back, stream."""
 
-_KEYS = {"time": "time_s", "since": "since_s"}  # in a file, where they differ from the names below
-_DIGITS = 9  # of times [s] in a file: k h in floats has a tail that means nothing
+DIGITS = 9  # decimals of times [s] that are told: k h has a rounding error
 
 
 class Sample(NamedTuple):
@@ -60,27 +59,22 @@ class Sample(NamedTuple):
 
 
 class Event(NamedTuple):
-    """One report.
+    """One report, with the keys of its file.
 
-    ``time`` [s]; ``what`` as in :data:`WHAT`, ``why`` in words; ``name`` of the change and the ``other`` one that it
+    ``time_s`` [s]; ``what`` as in :data:`WHAT`, ``why`` in words; ``name`` of the change and the ``other`` one that it
     may be as well; its ``axis`` or ``rotors``; ``value`` of the parameter after the change and its
-    ``standard_error`` [its unit]; ``since``: when the change took place, as estimated [s]. Texts are empty for none.
+    ``standard_error`` [its unit]; ``since_s``: when the change took place, as estimated [s]. Texts are empty for none.
     """
 
-    time: float
+    time_s: float
     what: str
     name: str = ""
     other: str = ""
     axis: str = ""
     value: float = 0.0
     standard_error: float = 0.0
-    since: float = 0.0
+    since_s: float = 0.0
     why: str = ""
-
-    def document(self) -> dict[str, Any]:
-        """Return the event as it is written to a file."""
-        rounded = self._replace(time=round(self.time, _DIGITS), since=round(self.since, _DIGITS))
-        return {_KEYS.get(name, name): value for name, value in rounded._asdict().items()}
 
 
 class CorrectorState(NamedTuple):

@@ -18,7 +18,7 @@ from .cusum import NOTHING, Finding, cusum_statistic, judge_size, siegmund_thres
 from .evidence import loosen_baseline, project_block, shift_block, start_baseline
 from .plan import FollowPlan
 from .prediction import WINDOWS, compare_errors
-from .state import REASONS, CorrectorState, Event
+from .state import DIGITS, REASONS, CorrectorState, Event
 
 _LEARNED = 9  # blocks after which the noise is known
 _PATIENCE = 15  # blocks after an alarm until the likeliest change is named without a lead
@@ -214,8 +214,9 @@ def find_changes(state: CorrectorState, longest: int, plan: FollowPlan) -> tuple
 
 def add_event(state: CorrectorState, why: str, plan: FollowPlan, finding: Finding = NOTHING) -> CorrectorState:
     """Return the state with a new event, about a ``finding`` or none; ``why`` is a key of :data:`.state.REASONS`."""
-    time, (what, reason) = state.samples * plan.settings.sample_time, REASONS[why]
-    event = Event(time, what, since=time, why=reason)
+    h, (what, reason) = plan.settings.sample_time, REASONS[why]
+    time = round(state.samples * h, DIGITS)
+    event = Event(time, what, since_s=time, why=reason)
     if finding.change >= 0:
         change, p = plan.changes[finding.change], state.twin
         blocks = finding.blocks + (SWINGING if finding.blocks > 0 and why != "suspected" else 0)
@@ -225,6 +226,6 @@ def add_event(state: CorrectorState, why: str, plan: FollowPlan, finding: Findin
             axis="rotors" if change.of_rotors else AXES[change.axes[0]],
             value=change.value(change.apply(finding.size, p)),
             standard_error=finding.standard_error * (change.value(p) if change.of_rotors else 1.0),
-            since=time - blocks * plan.block * plan.settings.sample_time,
+            since_s=round((state.samples - blocks * plan.block) * h, DIGITS),
         )
     return state._replace(events=(*state.events, event))

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from heli_identifier import following
 from heli_identifier.errors import refuse
 from heli_identifier.files import write_atomically
-from heli_identifier.following import SAMPLE_TIME, CorrectorState, Event, FollowPlan, FollowSettings, Sample
+from heli_identifier.following import DIGITS, SAMPLE_TIME, CorrectorState, Event, FollowPlan, FollowSettings, Sample
 from heli_identifier.live.listening import Listening, Status
 from heli_identifier.live.sources import Player
 from heli_identifier.online import Estimate
@@ -35,7 +35,6 @@ SYNC_INTERVAL, WRITE_INTERVAL, VIEW_INTERVAL = 1.0, 0.05, 0.2
 """Time between two requests to put rows on the disk, two writes to the journals, and two views [s]."""
 
 _PAST = 300  # comparisons in a view: a minute of flight, five a second
-_DIGITS = 9  # decimals of times [s] in a file: k h has a rounding error
 
 
 class Journal:
@@ -132,7 +131,7 @@ class Session:
 
     def keep(self, time: float, signals: tuple[float, ...]) -> None:
         """Record a sample: its time [s], voltages [V] and angles [rad]."""
-        self.last_time = round(time, _DIGITS)
+        self.last_time = round(time, DIGITS)
         self.recorded.add((self.last_time, *signals))
 
     def run(self, source: Listening | Player, stopped: Callable[[], bool], show: Show) -> None:
@@ -171,24 +170,23 @@ class Session:
         plan, state = self.twin
         state, events = following.correct(state, sample, plan)
         self.twin = plan, state
-        self._time = state.instants * sample_time
+        self._time = round(state.instants * sample_time, DIGITS)
         twins, window = state.predictions, plan.window
         if twins.compared:
             used, alone = twins.used, twins.alone
-            time = round(self.time, _DIGITS)
             self.past.append({
-                "time": time, "measured": sample[2:5],
+                "time": self.time, "measured": sample[2:5],
                 "predicted": used.predicted, "predicted_alone": alone.predicted,
                 "error": [error or None for error in used.rms(window)],
                 "error_alone": [error or None for error in alone.rms(window)],
             })  # fmt: skip
-            self.predictions.add((time, *sample[2:5], *used.predicted, *alone.predicted))
+            self.predictions.add((self.time, *sample[2:5], *used.predicted, *alone.predicted))
         for event in events:
             self.add_event(event)
 
     def add_event(self, event: Event) -> None:
         """Add an event to its file; after an adoption or a roll back write the parameters in use as well."""
-        self.events.append(event.document())
+        self.events.append(event._asdict())
         self._write_events()
         if event.what in ("adopted", "rolled back"):
             self.in_use().write(self.folder / IN_USE)
