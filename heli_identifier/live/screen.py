@@ -2,17 +2,16 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from math import inf
 from typing import Any
 
-from rich import box
 from rich.console import Console, Group
 from rich.live import Live
-from rich.table import Table
 from rich.text import Text
 
 from heli_identifier.live.session import Show, View
 from heli_identifier.online import Estimate
-from heli_identifier.results import to_digits, with_interval
+from heli_identifier.results import Table, to_digits, with_interval
 from heli_plant.effects import AXES
 
 _EVENTS_SHOWN = 8  # the latest ones
@@ -24,11 +23,11 @@ def show_screen(title: str) -> Iterator[Show]:
     """Show the twin on the error stream while the block runs; the last view stays there."""
     console = Console(stderr=True, highlight=False)
     with Live(Text(title), console=console, auto_refresh=False, redirect_stdout=False, redirect_stderr=False) as live:
-        yield lambda view: live.update(draw_screen(title, view), refresh=True)
+        yield lambda view: live.update(draw_screen(title, view, console.width), refresh=True)
 
 
-def draw_screen(title: str, view: View) -> Group:
-    """Return the screen."""
+def draw_screen(title: str, view: View, width: float = inf) -> Group:
+    """Return the screen, ``width`` characters wide."""
     head = Text(title, style="bold")
     if not view.values:
         return Group(head, Text(view.stream.line or "starting", style="dim"))
@@ -40,9 +39,9 @@ def draw_screen(title: str, view: View) -> Group:
     parts: list[Any] = [head, line]
     if view.stream.line:
         parts.append(Text(view.stream.line, style="red" if view.stream.silent else "dim"))
-    parts.append(_axes(view))
+    parts.append(Text(_axes(view).text(width)))
     parts += [Text(event_line(event), style=_COLOURS.get(event["what"], "")) for event in view.events[-_EVENTS_SHOWN:]]
-    parts.append(_values(view))  # last, as a small terminal cuts off the end
+    parts.append(Text(_values(view).text(width)))  # last, as a small terminal cuts off the end
     return Group(*parts)
 
 
@@ -55,24 +54,16 @@ def event_line(event: Any) -> str:
     return f"{event['time_s']:8.1f} s  {event['what']}{name}{value}{other}: {event['why']}"
 
 
-def _table(*columns: str) -> Table:
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    for number, name in enumerate(columns):
-        table.add_column(Text(name), justify="left" if number == 0 or name == "unit" else "right")
-    return table
-
-
 def _axes(view: View) -> Table:
-    table = _table("axis", "measured [rad]", "predicted 1 s ago", "error [mrad]", "left alone", "declared")
+    rows = []
     for i, (axis, declared) in enumerate(zip(AXES, view.declared, strict=True)):
-        cells: list[str | Text] = [""] * 4
+        cells = [""] * 4
         if view.past:
-            last, error = view.past[-1], view.past[-1]["error"][i]
-            worse = error is not None and declared is not None and error > 1.3 * declared
+            last = view.past[-1]
             angles = [f"{last[key][i]:.4f}".replace("-", "−") for key in ("measured", "predicted")]
-            cells = [*angles, Text(_milli(error), style="yellow" if worse else ""), _milli(last["error_alone"][i])]
-        table.add_row(axis, *cells, _milli(declared))
-    return table
+            cells = [*angles, _milli(last["error"][i]), _milli(last["error_alone"][i])]
+        rows.append((axis, *cells, _milli(declared)))
+    return Table("", ("axis", "measured [rad]", "predicted 1 s ago", "error [mrad]", "left alone", "declared"), rows)
 
 
 def _milli(value: float | None) -> str:
@@ -80,9 +71,8 @@ def _milli(value: float | None) -> str:
 
 
 def _values(view: View) -> Table:
-    table = _table("parameter", "at the start", "in use, 95 %", "unit")
+    rows = []
     for value in view.values:
-        text = with_interval(Estimate(value["used"], value["band"] / 1.96 or None, "1"))
-        used = Text(text, style="green" if value["used"] != value["start"] else "")
-        table.add_row(value["name"], to_digits(value["start"]), used, value["unit"])
-    return table
+        used = with_interval(Estimate(value["used"], value["band"] / 1.96 or None, "1"))
+        rows.append((value["name"], to_digits(value["start"]), used, value["unit"]))
+    return Table("", ("parameter", "at the start", "in use, 95 %", "unit"), rows)
