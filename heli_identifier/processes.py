@@ -1,11 +1,11 @@
 """Processes: the signals that end one, its clean-up, and functions that are called in a separate one.
 
 Within a block of :func:`clean_up_on_signals`, SIGTERM, SIGHUP and Ctrl-C end the process from within their handler: it
-kills the child processes, calls what :func:`undo_at_end` has registered, and exits with 128 plus the signal's number,
-as a shell does. An exception would not be enough: Python drops one that a signal raises within the callback of a weak
-reference or a ``__del__``, and a library may swallow or replace it.
+calls what :func:`undo_at_end` has registered, and exits with 128 plus the signal's number, as a shell does. An
+exception would not be enough: Python drops one that a signal raises within the callback of a weak reference or a
+``__del__``, and a library may swallow or replace it.
 
-All differences between POSIX and Windows are in this module. Windows has no resource, fork and SIGHUP, and an open file
+All differences between POSIX and Windows are in this module. Windows has no resource and no SIGHUP, and an open file
 can be neither removed nor replaced there.
 """
 
@@ -36,21 +36,20 @@ _NEW_GROUP: dict[str, Any] = (  # options of Popen for a process that does not r
 _LONGEST_WAIT = None if _IS_POSIX else 0.5  # for another process [s]: on Windows Ctrl-C has no effect during a wait
 _ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGINT", "SIGBREAK") if hasattr(signal, name))
 
-_to_undo: list[tuple[int, Callable[[], object]]] = []
+_to_undo: list[Callable[[], object]] = []
 _to_begin = RLock()  # a process that ends keeps it, so that its other threads begin nothing more
 
 
 @contextmanager
 def undo_at_end(undo: Callable[[], object]) -> Iterator[None]:
     """Call ``undo`` when the block ends or a signal ends the process within it; calling it twice must do no harm."""
-    entry = (os.getpid(), undo)  # a forked process must not undo what its parent has registered
     with _to_begin:
-        _to_undo.append(entry)
+        _to_undo.append(undo)
     try:
         yield
     finally:
         undo()
-        _to_undo.remove(entry)
+        _to_undo.remove(undo)
 
 
 @contextmanager
@@ -76,14 +75,9 @@ def _end(number: int, _frame: FrameType | None) -> None:
     for ending in _ENDING:  # a second signal would interrupt the clean-up
         signal.signal(ending, signal.SIG_IGN)
     _to_begin.acquire()
-    processes = sys.modules.get("multiprocessing")
-    for child in processes.active_children() if processes else []:
-        child.kill()
-        child.join()  # it may write until it has ended
-    for process, undo in _to_undo[::-1]:  # a copy, since other threads remove what ends
-        if process == os.getpid():
-            with suppress(Exception):
-                undo()
+    for undo in _to_undo[::-1]:  # a copy, since other threads remove what ends
+        with suppress(Exception):
+            undo()
     os._exit(128 + number)
 
 

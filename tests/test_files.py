@@ -94,7 +94,7 @@ def test_a_move_that_fails_or_is_ended_by_a_signal_takes_back_those_before_it(tm
     def replace(self, target):
         # the disk fails when the last file is moved to its place
         if self.name == "c" and Path(target) == tmp_path / "c":
-            for _, undo in reversed(processes._to_undo if signalled else []):  # what the handler of a signal does
+            for undo in reversed(processes._to_undo if signalled else []):  # what the handler of a signal does
                 undo()
             raise OSError(28, "No space left on device")
         return original(self, target)
