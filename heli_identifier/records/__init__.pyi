@@ -8,7 +8,6 @@ from .configuration import RigConfiguration as RigConfiguration
 from .data_set import DEMO_RIGS as DEMO_RIGS
 from .data_set import LogSource as LogSource
 from .data_set import check_excitation as check_excitation
-from .data_set import check_flights_differ as check_flights_differ
 from .data_set import check_held_out_is_new as check_held_out_is_new
 from .data_set import check_moving as check_moving
 from .data_set import common_configuration as common_configuration

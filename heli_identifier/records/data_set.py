@@ -114,25 +114,20 @@ def check_moving(logs: Sequence[Log]) -> None:
 
 def check_held_out_is_new(training: Sequence[Log], held_out: Sequence[Log]) -> None:
     """Raise a LogError for a held-out log that shares flight with another log: it must be new to the model."""
-    check_flights_differ(held_out, training, "is held out for validation but shares")
-
-
-def check_flights_differ(logs: Sequence[Log], others: Sequence[Log] = (), shares: str = "shares") -> None:
-    """Raise a LogError for the first of ``logs`` that shares flight with ``others`` or one before it."""
-    for index, log in enumerate(logs):
-        for other in (*others, *logs[:index]):
+    for index, log in enumerate(held_out):
+        for other in (*training, *held_out[:index]):
             if flight := find_shared_flight(other, log):
                 where = f"{flight[2]:.0f} s from {flight[1]:.0f} s on, there from {flight[0]:.0f} s on"
                 raise LogError(
-                    f"{_path_or_name(log)} {shares} samples with {_path_or_name(other)} ({where}); give a log, or a "
-                    "stretch of it, that has no other use."
+                    f"{_path_or_name(log)} is held out for validation but shares samples with {_path_or_name(other)} "
+                    f"({where}); give a log, or a stretch of it, that has no other use."
                 )
 
 
-def drop_excerpts(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
-    """Leave out training logs that share flight with a longer one, such as its excerpts; return a note for each."""
+def drop_excerpts(logs: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
+    """Leave out logs that share flight with a longer one, such as its excerpts; return a note for each."""
     kept, notes = list[Log](), list[str]()
-    for log in sorted(training, key=lambda log: -log.duration):
+    for log in sorted(logs, key=lambda log: -log.duration):
         for longer in kept:
             if flight := find_shared_flight(longer, log):
                 notes.append(
@@ -142,7 +137,7 @@ def drop_excerpts(training: Sequence[Log]) -> tuple[tuple[Log, ...], tuple[str, 
                 break
         else:
             kept.append(log)
-    return tuple(log for log in training if log in kept), tuple(notes)
+    return tuple(log for log in logs if log in kept), tuple(notes)
 
 
 def excitation_notes(training: Sequence[Log], held_out: Sequence[Log]) -> tuple[str, ...]:

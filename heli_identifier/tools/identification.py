@@ -43,7 +43,7 @@ class Identification(Tabular):
     estimates: Mapping[str, Estimate]
     """Of all logs together, each weighted by its certainty, by the symbols of the paper's Table 2."""
     notes: tuple[str, ...]
-    """About logs that disagree or exceed the rig's limit."""
+    """About logs that are copies, disagree or exceed the rig's limit."""
     parameters: results.ParameterSet
     """The plant with these estimates."""
 
@@ -112,7 +112,8 @@ def identify(
     Parameters
     ----------
     logs : Log, path, or several
-        Logs of one rig. Passages in which something else acts (`Log.events`) are left out.
+        Logs of one rig. Passages in which something else acts (`Log.events`) are left out, and so are excerpts and
+        copies of other logs.
     configuration : RigConfiguration, optional
         What is given of the rig: motor time constant, pitch at rest, voltage limit; by default that of the logs.
     progress : callable, optional
@@ -125,14 +126,14 @@ def identify(
     Raises
     ------
     LogError
-        No voltage moves, two logs share samples, or a log is too short.
+        No voltage moves, or a log is too short.
     ConfigurationError
         A log is sampled too slowly.
     """
     rig_logs = records.read_logs(logs)
     rig = configuration or records.common_configuration(rig_logs) or RigConfiguration()
     records.check_excitation(rig_logs)
-    records.check_flights_differ(rig_logs)
+    rig_logs, copies = records.drop_excerpts(rig_logs)
     highest, notes = records.highest_voltage(rig_logs, rig.format.voltage_limit)
     passages = [passage for log in rig_logs for passage in cut_at_events(log)]
 
@@ -159,7 +160,7 @@ def identify(
     plant = PlantParameters(v_max=highest, **{name: estimate.value for name, estimate in together.estimates.items()})
     values = results.plant_values(plant, together.estimates)
     parameters = results.ParameterSet(results.PLANT, values, provenance=provenance())
-    return Identification(tuple(histories), together.estimates, (*together.notes, *notes), parameters)
+    return Identification(tuple(histories), together.estimates, (*copies, *together.notes, *notes), parameters)
 
 
 def cut_at_events(log: Log) -> list[Log]:
