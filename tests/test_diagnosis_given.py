@@ -78,7 +78,8 @@ def test_settings_that_cannot_be_are_refused_at_once():
 
 
 def test_a_campaign_keeps_the_rest_pitch_of_each_rig(logs):
-    rig = Rig((logs[0],), (logs[1],), configuration=RigConfiguration(rest_pitch=WRONG))
+    given = RigConfiguration(rest_pitch=WRONG)
+    rig = Rig((replace(logs[0], configuration=given),), (logs[1],))
     row = diagnose_source(SimpleNamespace(rig="given", load=lambda: rig))
     assert (row["parameters_after"]["theta0"]["value"], row["parameters_after"]["theta0"]["standard_error"]) == (
         WRONG,

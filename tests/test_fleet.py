@@ -200,7 +200,7 @@ def test_all_logs_are_read_first_and_a_bad_log_or_rig_is_lost_alone(tmp_path, mo
         (folder / name).write_text("a,b\n1,2\n")
     begun = []
 
-    def diagnose(training, held_out, settings, progress):
+    def diagnose(training, held_out, progress):
         begun.append(len(begun))
         if len(begun) == 3:
             raise ZeroDivisionError("odd")

@@ -53,7 +53,7 @@ def test_what_is_given_of_the_rig_is_the_configuration_that_all_logs_were_read_w
     (path, second, *_), _ = records.demo_files("rig-a")
     own, too, other = records.read_log(path, rig), records.read_log(second, rig), records.read_log(second)
     cases = ((own, too), (own, other), (other, own), ())
-    assert [records.common_configuration(logs) for logs in cases] == [rig, *[None] * 3]
+    assert [records.common_configuration(logs) for logs in cases] == [rig, *[RigConfiguration()] * 3]
 
 
 TRUE = read_log(demo_files("rig-b")[0][0], end=45.0)

@@ -131,7 +131,7 @@ def read_logs_of_rig(
 ) -> "tuple[tuple[hi.Log, ...], hi.RigConfiguration]":
     """Read logs of one rig and its configuration, and print the notes on the logs."""
     configuration = find_configuration(config)
-    logs = hi.read_logs(paths, configuration.format, start, end)
+    logs = hi.read_logs(paths, configuration, start, end)
     print_notes(logs)
     return logs, configuration
 

@@ -61,7 +61,7 @@ def diagnose_paths(
 ) -> "hi.Diagnosis":
     """Diagnose a rig and write the results."""
     with results.write_whole_folder(output, (results.NATIVE_PLANT,)) as draft:
-        logs = hi.read_data_set(paths, validate, configuration.format, start, end)
+        logs = hi.read_data_set(paths, validate, configuration, start, end)
         training, held_out, split_note = tools.split_logs(*logs)
         if split_note:
             note(split_note)
@@ -87,8 +87,8 @@ def look(
 
     Gains are slopes at the logs' median voltage. References in the logs, or rebuilt from the voltages, judge them.
     """
-    recorded, configuration = args.read_logs_of_rig(logs, config, start, end)
-    terminal.show(hi.look(recorded, configuration=configuration), json)
+    recorded, _ = args.read_logs_of_rig(logs, config, start, end)
+    terminal.show(hi.look(recorded), json)
 
 
 def identify(
@@ -107,9 +107,9 @@ def identify(
     parameters.json), history.csv and history.svg.
     """
     with results.write_whole_folder(output) as draft:
-        recorded, rig = args.read_logs_of_rig(logs, config, start, end)
+        recorded, _ = args.read_logs_of_rig(logs, config, start, end)
         with progress_bar() as progress:
-            identified = hi.identify(recorded, configuration=rig, progress=progress)
+            identified = hi.identify(recorded, progress=progress)
             progress("drawing", 1.0)
             identified.write(draft)
     terminal.show(identified, json, written=(output, identified.files))

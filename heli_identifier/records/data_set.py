@@ -79,10 +79,10 @@ def _make_names_unique(logs: Sequence[Log]) -> tuple[Log, ...]:
     return tuple(renamed)
 
 
-def common_configuration(logs: Sequence[Log]) -> RigConfiguration | None:
-    """Return the configuration that all logs were read with; None if there is none, or not the same for all."""
+def common_configuration(logs: Sequence[Log]) -> RigConfiguration:
+    """Return the configuration that all logs were read with; the defaults if it is not one and the same."""
     first, *others = [log.configuration for log in logs] or [None]
-    return first if all(other == first for other in others) else None
+    return first if first and all(other == first for other in others) else RigConfiguration()
 
 
 def check_excitation(logs: Sequence[Log]) -> None:

@@ -60,8 +60,7 @@ def diagnose(
     training = read_logs(logs)
     together = read_logs((*training, *read_logs(held_out)))  # no two have one name
     training, unseen = together[: len(training)], together[len(training) :]
-    rig_of_logs = common_configuration(training)
-    settings = settings or (DiagnosisSettings.from_rig(rig_of_logs) if rig_of_logs else DiagnosisSettings())
+    settings = settings or DiagnosisSettings.from_rig(common_configuration(training))
     training, unseen, data_notes = _check_logs(training, unseen)
     identified = identify_plant(training, settings, unseen, progress)
     after, null, rig = identified.plant, identified.selection.null, identified.plant.likelihood.rig

@@ -8,7 +8,7 @@ import numpy as np
 from heli_identifier import tracing
 from heli_identifier.chain import describe_events
 from heli_identifier.online import GAINS
-from heli_identifier.records import Log, LogSource, RigConfiguration, common_configuration, read_logs
+from heli_identifier.records import Log, LogSource, common_configuration, read_logs
 from heli_identifier.results.tables import GAIN_OF, Table, Tabular, gain_cells, rank_experiments
 from heli_identifier.results.words import describe_effect, flight_sentence, to_digits, typeset_notes
 from heli_plant.effects import AXES
@@ -62,16 +62,15 @@ def _rms_movement(logs: Sequence[Log], resolution: np.ndarray) -> dict[str, floa
     return dict(zip(AXES, map(float, counts), strict=True))
 
 
-def look(logs: LogSource | Sequence[LogSource], *, configuration: RigConfiguration | None = None) -> Look:
+def look(logs: LogSource | Sequence[LogSource]) -> Look:
     """Look at logs of one rig before they are diagnosed: who flew, what moved, which gains they determine.
 
     The gains come from one likelihood of the innovations at the logs' rate, with a torque of the air that is estimated,
-    and are judged by instruments made of what moved the rig from outside. The ``configuration`` is by default that of
-    the logs. LogError if nothing is excited, or an axis stands still in a log.
+    and are judged by instruments made of what moved the rig from outside. The rig's configuration is that of the logs.
+    LogError if nothing is excited, or an axis stands still in a log.
     """
     used = read_logs(logs)
-    rig_of_logs = configuration or common_configuration(used) or RigConfiguration()
-    identified = tracing.identify_plant(used, tracing.DiagnosisSettings.from_rig(rig_of_logs))
+    identified = tracing.identify_plant(used, tracing.DiagnosisSettings.from_rig(common_configuration(used)))
     rig, references = identified.plant.likelihood.rig, identified.references
     established, possible = identified.effects
     ranked = rank_experiments(identified.parameters, (*established, *possible), identified.catalogue)

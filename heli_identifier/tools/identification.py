@@ -22,7 +22,7 @@ from heli_identifier import chain, records, results
 from heli_identifier.errors import LogError
 from heli_identifier.online import PREDICTION_ERROR, Estimate, IdentifierSettings
 from heli_identifier.provenance import provenance
-from heli_identifier.records import Log, LogSource, RigConfiguration
+from heli_identifier.records import Log, LogSource
 from heli_identifier.results import Table, Tabular
 from heli_identifier.tools import history
 from heli_identifier.tools.history import EstimateHistory
@@ -102,7 +102,6 @@ class Identification(Tabular):
 def identify(
     logs: LogSource | Sequence[LogSource],
     *,
-    configuration: RigConfiguration | None = None,
     progress: Progress = lambda what, share: None,
 ) -> Identification:
     """Estimate the eleven parameters of the simplified model and the motors' lag, in open loop or under a controller.
@@ -113,9 +112,8 @@ def identify(
     ----------
     logs : Log, path, or several
         Logs of one rig. Passages in which something else acts (`Log.events`) are left out, and so are excerpts and
-        copies of other logs.
-    configuration : RigConfiguration, optional
-        What is given of the rig: motor time constant, pitch at rest, voltage limit; by default that of the logs.
+        copies of other logs. The configuration with which they were read gives the motor time constant, the pitch at
+        rest and the voltage limit.
     progress : callable, optional
         Called with what is being done and the share that is done, 0 to 1.
 
@@ -131,7 +129,7 @@ def identify(
         A log is sampled too slowly.
     """
     rig_logs = records.read_logs(logs)
-    rig = configuration or records.common_configuration(rig_logs) or RigConfiguration()
+    rig = records.common_configuration(rig_logs)
     records.check_excitation(rig_logs)
     rig_logs, copies = records.drop_excerpts(rig_logs)
     highest, notes = records.highest_voltage(rig_logs, rig.format.voltage_limit)

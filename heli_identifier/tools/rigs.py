@@ -20,7 +20,6 @@ from heli_identifier import records
 from heli_identifier.errors import CONFIGURATION_NAME, IdentifierError, LogError, refuse
 from heli_identifier.records import Log, RigConfiguration
 from heli_identifier.results import Diagnosis, diagnose
-from heli_identifier.tracing import DiagnosisSettings
 
 ENDINGS = (".csv", ".mat")  # endings of logs, also with .gz behind them; other files in a rig's folder are ignored
 HELD_OUT = "held"  # a log whose name starts with this is held out
@@ -36,15 +35,12 @@ class Rig:
 
     training: tuple[Log, ...]
     held_out: tuple[Log, ...]
-    configuration: RigConfiguration | None = None
-    """Its configuration; None for the defaults."""
     notes: tuple[str, ...] = ()
     """Why logs in its folder are not used, and what was held out if their names do not say so."""
 
     def diagnose(self, **options: Any) -> Diagnosis:
         """Diagnose it; the notes of the diagnosis begin with those of the rig."""
-        settings = DiagnosisSettings.from_rig(self.configuration or RigConfiguration())
-        diagnosis = diagnose(self.training, held_out=self.held_out, settings=settings, **options)
+        diagnosis = diagnose(self.training, held_out=self.held_out, **options)
         return replace(diagnosis, notes=(*self.notes, *diagnosis.notes))
 
 
@@ -150,12 +146,11 @@ def _list_logs(folder: Path) -> list[Path]:
 
 def _read_rig(training: Sequence[Path], held_out: Sequence[Path], file: Path | None) -> Rig:
     """Read the usable logs of a rig; LogError if no log is left to fit to."""
-    configuration = records.read_configuration(file) if file else None
-    log_format = (configuration or RigConfiguration()).format
+    configuration = records.read_configuration(file) if file else RigConfiguration()
     usable, errors = dict[Path, Log](), dict[Path, LogError]()
     for path in (*training, *held_out):
         try:
-            records.check_moving([log := records.read_log(path, log_format)])
+            records.check_moving([log := records.read_log(path, configuration)])
             usable[path] = log
         except LogError as error:
             errors[path] = error
@@ -165,7 +160,7 @@ def _read_rig(training: Sequence[Path], held_out: Sequence[Path], file: Path | N
     logs = records.read_logs((*to_fit, *to_hold_out))
     training_logs, held_out_logs, note = split_logs(logs[: len(to_fit)], logs[len(to_fit) :])
     notes = [*(f"{path.name} is left out: {error}" for path, error in errors.items()), *([note] if note else [])]
-    return Rig(training_logs, held_out_logs, configuration, tuple(notes))
+    return Rig(training_logs, held_out_logs, tuple(notes))
 
 
 def digest_files(files: Iterable[Path]) -> str:
