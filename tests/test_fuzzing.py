@@ -23,7 +23,7 @@ from heli_identifier.errors import IdentifierError
 from heli_identifier.records import LogFormat, guess, read_configuration, read_log
 from heli_identifier.records.heli_toml import TEMPLATE
 from heli_identifier.records.units import SIGNALS
-from heli_identifier.results.sources import read_parameters
+from heli_identifier.results.parameters import read_parameters
 from tests.faults.material import HEADER, ROWS, as_struct, columns, document
 from tests.faults.units import archive
 from tests.units import read_archive

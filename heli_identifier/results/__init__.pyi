@@ -28,9 +28,12 @@ from .looking import Look as Look
 from .looking import look as look
 from .parameters import PLANT as PLANT
 from .parameters import ParameterSet as ParameterSet
+from .parameters import PlantSource as PlantSource
 from .parameters import corrected_parameters as corrected_parameters
 from .parameters import draw_values as draw_values
 from .parameters import plant_values as plant_values
+from .parameters import read_parameters as read_parameters
+from .parameters import to_plant as to_plant
 from .prediction import STRETCH as STRETCH
 from .prediction import Model as Model
 from .report import NATIVE_PLANT as NATIVE_PLANT
@@ -41,9 +44,6 @@ from .report import write_results as write_results
 from .running import build as build
 from .running import play_log as play_log
 from .running import simulate as simulate
-from .sources import PlantSource as PlantSource
-from .sources import read_parameters as read_parameters
-from .sources import to_plant as to_plant
 from .svg import Axes as Axes
 from .svg import figure as figure
 from .svg import figure_file as figure_file

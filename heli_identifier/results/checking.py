@@ -10,9 +10,9 @@ from heli_identifier.errors import LogError
 from heli_identifier.records import Log, LogSource, read_logs
 from heli_identifier.results.bootstrap import rms_figures
 from heli_identifier.results.diagnosis import ErrorFigure, Use
+from heli_identifier.results.parameters import ParameterSource, parameter_set
 from heli_identifier.results.prediction import SPACING, STRETCH, Answer, Model, Run
 from heli_identifier.results.report import render
-from heli_identifier.results.sources import ParameterSource, parameter_set
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import AHEAD, angle_text, to_digits
 from heli_identifier.tracing import find_references

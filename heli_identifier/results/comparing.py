@@ -16,8 +16,7 @@ from heli_identifier.records import Log, LogSource, read_logs
 from heli_identifier.results.checking import errors_ahead
 from heli_identifier.results.diagnosis import Diagnosis, DiagnosisFile, ErrorFigure, Use
 from heli_identifier.results.documents import damage_error, read_document
-from heli_identifier.results.parameters import ParameterSet, corrected_parameters
-from heli_identifier.results.sources import read_parameters
+from heli_identifier.results.parameters import ParameterSet, corrected_parameters, read_parameters
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import AHEAD, angle_text, effect_name, join_words, with_interval
 from heli_plant.effects import AXES

@@ -1,7 +1,8 @@
 """parameters.json: parameters of a unit by structured name, and the error that is expected of them.
 
 ``heli build --parameters`` takes the values as start values of the unit. ``heli check`` compares the prediction error
-of a new log with the expected one. Plants are drawn with the covariance.
+of a new log with the expected one. Plants are drawn with the covariance. Functions that need parameters take them in
+every form: as a file, a parameter set, or a diagnosis.
 """
 
 from collections.abc import Mapping
@@ -20,7 +21,7 @@ from heli_identifier.files import write_atomically
 from heli_identifier.online import GAINS, Estimate, ModelParameters
 from heli_identifier.records import Log
 from heli_identifier.results.diagnosis import Diagnosis, ErrorFigure, Use
-from heli_identifier.results.documents import document_text
+from heli_identifier.results.documents import damage_error, document_text, read_document
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import join_words, unit_text, uses_text, with_interval
 from heli_identifier.tracing import Determination
@@ -161,6 +162,11 @@ class ParameterSet(Tabular):
         return write_atomically(path, document_text(self))
 
 
+ParameterSource = ParameterSet | Diagnosis | str | PathLike[str]
+PlantSource = ParameterSource | PlantParameters
+"""What every function takes as the parameters of a plant; a path is that of a parameters.json."""
+
+
 def plant_values(parameters: PlantParameters, estimates: Mapping[str, Estimate]) -> dict[str, Estimate]:
     """Return the parameters of a plant by structured name: base model, active effects with their shapes, tables.
 
@@ -213,6 +219,54 @@ def _covariance(diagnosis: Diagnosis, values: Mapping[str, Estimate]) -> Covaria
         diagnosis.covariance[np.ix_(rows, rows)] / np.outer(scale, scale),
         tuple(names[i] for i in rows if fields[i] in not_determined),
     )
+
+
+def parameter_set(parameters: ParameterSource) -> ParameterSet:
+    """Return the parameters of a diagnosis or of a parameters.json, or a parameter set as it is."""
+    if isinstance(parameters, str | PathLike):
+        return read_parameters(parameters)
+    if isinstance(parameters, Diagnosis):
+        return corrected_parameters(parameters)
+    return parameters
+
+
+def to_plant(source: PlantSource) -> PlantParameters:
+    """Return the plant of parameters in any form; raises as :func:`parameter_set` and :meth:`ParameterSet.plant` do."""
+    return source if isinstance(source, PlantParameters) else parameter_set(source).plant()
+
+
+def read_parameters(path: str | PathLike[str]) -> ParameterSet:
+    """Read a parameters.json, and check that its values are parameters of the unit that it names.
+
+    A ConfigurationError names file and entry: the file cannot be read, is no JSON or not of the schema, an entry is
+    missing, of the wrong type or not finite, a plant's parameter is missing, or the unit has no such parameter, states
+    it in another unit or does not take its value.
+    """
+    parameters = read_document(path, ParameterSet)
+    if joint := parameters.covariance:
+        names, count = {*joint.names, *joint.not_determined}, len(joint.names)
+        if unknown := names - {*parameters.values}:
+            raise damage_error(path, f"covariance names {min(unknown)!r}, which is none of the values")
+        if joint.matrix.shape != (count, count):
+            raise damage_error(path, f"covariance.matrix must have {count} rows of {count} numbers")
+    _check_unit(Path(path), parameters)
+    return parameters
+
+
+def _check_unit(file: Path, given: ParameterSet) -> None:
+    """Refuse values that are not parameters of the unit that the file names, or that the unit does not take."""
+    from fmu_src import UNITS, parameters_of, problem_with, unit_class
+
+    refuse(given.unit not in UNITS, f"{file} names the unit {given.unit!r}; there are {', '.join(UNITS)}.")
+    variables = parameters_of(unit_class(given.unit))
+    for name, value in given.values.items():
+        refuse(name not in variables, f"{file} is of the unit {given.unit}, which has no parameter {name!r}.")
+        unit = variables[name].unit or "1"
+        mismatch = f"{name} is stated in {value.unit!r}, the {given.unit} takes it in {unit!r}"
+        refuse((value.unit or "1") != unit, f"{file}: {mismatch}; convert value and standard error.")
+        if problem := problem_with(variables[name], value.value):
+            raise ConfigurationError(f"{file}: {problem}.")
+    given.check_unit(given.unit)
 
 
 def draw_values(parameters: ParameterSet, count: int, seed: int = 0) -> list[dict[str, float]]:

@@ -13,8 +13,7 @@ from heli_identifier.errors import ConfigurationError, IdentifierError, require_
 from heli_identifier.files import draft_folder
 from heli_identifier.records import Log, LogSource, read_logs, write_log
 from heli_identifier.results.diagnosis import Diagnosis, HeldOutSeries
-from heli_identifier.results.parameters import PLANT
-from heli_identifier.results.sources import ParameterSource, PlantSource, parameter_set, to_plant
+from heli_identifier.results.parameters import PLANT, ParameterSource, PlantSource, parameter_set, to_plant
 from heli_identifier.results.words import uses_text
 from heli_identifier.tracing import record_start
 from heli_plant.effects import AXES
