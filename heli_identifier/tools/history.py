@@ -140,26 +140,25 @@ class Together(NamedTuple):
 def combine_histories(histories: Sequence[EstimateHistory]) -> Together:
     """Combine prediction errors of logs that started with the same prior; their sampling periods may differ."""
     plan, last = histories[-1].plan, histories[-1].state
-    combined = [_combine_axis([history.state for history in histories], axis, plan) for axis in range(3)]
-
-    def state_with(part: int) -> IdentifierState:
-        """Return the state of all logs together, with that part of ``combined`` as standard errors."""
-        axes = []
-        for axis, result in zip(last.axes, combined, strict=True):
-            omega, errors = (tuple(result[k].tolist()) for k in (0, part))
-            axes.append(axis._replace(estimate=axis.estimate._replace(omega=omega, standard_errors=errors)))
-        return last._replace(axes=(axes[0], axes[1], axes[2]))
-
-    state = state_with(1)
+    axes, notes = [], list[str]()
+    for index, axis in enumerate(last.axes):
+        omega, errors, ratio = _combine_axis([history.state for history in histories], index, plan)
+        estimate = axis.estimate._replace(omega=tuple(omega.tolist()), standard_errors=tuple(errors.tolist()))
+        axes.append(axis._replace(estimate=estimate))
+        if ratio > CONSISTENT:
+            notes.append(f"{AXES[index]}: the logs scatter {ratio:.1f} times as far as their standard errors say")
+    if notes:
+        cause = "a rig with an effect that the model lacks, or from a rig that changes: run `heli diagnose`"
+        notes.append(f"logs that disagree come from {cause}")
+    state = last._replace(axes=(axes[0], axes[1], axes[2]))
     estimates = estimates_of(online.output_of(state, plan), plan)
-    birge_ratios = online.output_of(state_with(2), plan).standard_errors._asdict()
     outputs = [online.output_of(history.state, history.plan) for history in histories]
-    notes = (*_describe_scatter(birge_ratios), *_describe_contradictions(estimates, outputs))
-    return Together(estimates, notes, tuple(online.noise_of(axis.estimate) for axis in state.axes))
+    notes += _describe_contradictions(estimates, outputs)
+    return Together(estimates, tuple(notes), tuple(online.noise_of(axis.estimate) for axis in state.axes))
 
 
-def _combine_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[Array, Array, Array]:
-    """Return Omega of an axis, the standard errors of its reported combinations, and their Birge ratios.
+def _combine_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[Array, Array, float]:
+    """Return Omega of an axis, the standard errors of its reported combinations, and their largest Birge ratio.
 
     The plan of any log serves, because it enters by time constants and not by the number of samples.
     """
@@ -176,7 +175,7 @@ def _combine_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> t
     omega = np.linalg.solve(H, g)
     rows = np.array(online.combinations(axis, estimates[-1]._replace(omega=tuple(omega.tolist())), plan))
     if not others:
-        return omega, np.array(estimates[0].standard_errors), np.zeros(len(rows))
+        return omega, np.array(estimates[0].standard_errors), 0.0
     outside = [p.outside for state in states if (p := state.axes[axis].predictor) is not None]
     products = tuple(np.sum([moments.products for moments in outside], axis=0).tolist())
     shares = np.array(online.shares(outside[0]._replace(products=products), tuple(map(tuple, rows.tolist()))))
@@ -184,7 +183,7 @@ def _combine_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> t
     scatter = ((omegas - omega) @ rows.T) ** 2 / np.einsum("mi,lij,mj->lm", rows, gammas, rows)
     ratios = np.sqrt(scatter.sum(axis=0) / others)
     variance = np.einsum("ij,ji->i", rows, np.linalg.solve(H, rows.T))
-    return omega, np.sqrt(variance / shares) * np.maximum(1.0, ratios), ratios
+    return omega, np.sqrt(variance / shares) * np.maximum(1.0, ratios), float(ratios.max())
 
 
 def _describe_contradictions(estimates: Mapping[str, Estimate], outputs: Sequence[IdentifierOutput]) -> list[str]:
@@ -204,18 +203,3 @@ def _describe_contradictions(estimates: Mapping[str, Estimate], outputs: Sequenc
                 "model allows, or what was logged as a reference answers the rig"
             )
     return notes
-
-
-def _describe_scatter(ratios: Mapping[str, float]) -> tuple[str, ...]:
-    """Return notes on parameters whose Birge ratio is too large."""
-    notes = [
-        f"{name}: the logs scatter {ratio:.1f} times as far as their standard errors say"
-        for name, ratio in ratios.items()
-        if ratio > CONSISTENT
-    ]
-    if notes:
-        notes.append(
-            "logs that disagree come from a rig with an effect that the model lacks, or from a rig that changes: "
-            "run `heli diagnose`"
-        )
-    return tuple(notes)
