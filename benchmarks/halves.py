@@ -114,9 +114,9 @@ def windy_halves(
 ) -> list[Row]:  # fmt: skip
     """Make a windy rig and diagnose its halves a and b; logs t are held out, logs c have the second controller."""
     pushes, counts = draw_pushes(seed) if pushed else {}, {"a": 5, "b": 5, "t": 2, "c": 4}
-    rig = windy_rig(seed, colour, quiet, rate, effects, logged, counts, {k: (p,) for k, p in pushes.items()}, finer, shake)
-    words = (
-        colour, f"{rate:g} Hz", "quiet" * quiet, "not logged" * (not logged), effects or "",
+    by_log = {name: (push,) for name, push in pushes.items()}
+    rig = windy_rig(seed, colour, quiet, rate, effects, logged, counts, by_log, finer, shake)
+    words = (colour, f"{rate:g} Hz", "quiet" * quiet, "not logged" * (not logged), effects or "",
         f"encoders finer by {finer}" * (finer > 1), f"shaking by {shake:g} counts" * (shake != 0.25), "pushed" * pushed,
     )  # fmt: skip
     kind, title, held_out = " ".join(filter(None, words)), f"{colour} {seed}", windy_logs(rig, "t")

@@ -34,8 +34,8 @@ from .pushes import find_pushes
 from .references import References, find_references
 from .rig import Effect, average_blocks
 from .select import Finding, Selection, fit_delivered, select
-from .settings import KEPT, ROUNDS, SETTLING, TIMED, DiagnosisSettings
-from .stability import covariance_of_logs, halves_agree, leave_logs_out, left_out_gain
+from .settings import KEPT, ROUNDS, SETTLING, TIMED, UNKNOWN, DiagnosisSettings
+from .stability import covariance_of_logs, halves_agree, leave_logs_out, weigh_possible
 from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
 from .unknown import search_unknown
 
@@ -173,12 +173,11 @@ def identify_plant(
         null = _fit_null(Likelihood.of(training, rig), given.voltage_limit)
         selection, unknown = _search(null, candidates, defects)
     references = find_references(training)
-    timed = {e.field for e in rig.candidates if (e.family,) in (BENDING, TIMING)}
-    if timed & set(selection.form.selected) and not _show_timing(selection.fit, training, references):
+    while imitated_by_answers := _imitated_by_answers(selection, training, references):
         tell("searching the catalogue again without a delay or a bending of the arm", 0.5)
-        candidates = tuple(e for e in candidates if e.field not in timed)
+        candidates = tuple(e for e in candidates if e.field not in imitated_by_answers)
         selection, unknown = _search(null, candidates, defects)
-    gains, dropped = _weigh_possible(selection)
+    gains, dropped = weigh_possible(selection)
     plant = fit_delivered(selection, dropped)
     chosen = [finding.effect.field for finding in selection.findings if finding.effect.fault is None]
     if idle := [name for name in chosen if name in plant.fields and not plant.estimate(name)]:  # others replace them
@@ -225,28 +224,6 @@ def _search(
     return search_unknown(selection, [e for e in candidates if e.fault is None or e.field in undone])
 
 
-def _weigh_possible(selection: Selection) -> tuple[dict[str, float], list[str]]:
-    """Gain on left-out logs of every possible effect, and the effects that the plant does not take.
-
-    They leave one at a time, the one with the lowest gain first, because some help only beside each other. The plant
-    never takes a torque that steps at one instant, as it repeats in no other flight, or a law whose shape lies at the
-    end of its range, as something else is more likely. These have no gain.
-    """
-    possible = [f for f in selection.findings if not f.established and f.effect.fault is None]
-    dropped = [f.effect.field for f in possible if f.effect.steps_in_time or f.doubtful]
-    judged, gains = [f.effect.field for f in possible if f.effect.field not in dropped], dict[str, float]()
-    while judged:
-        kept = [name for name in selection.form.selected if name not in dropped]
-        for name in judged:
-            gains[name] = left_out_gain(selection.form, [other for other in kept if other != name], name)
-        worst = min(judged, key=lambda name: gains[name])
-        if gains[worst] > 0.0:
-            break
-        judged.remove(worst)
-        dropped.append(worst)
-    return gains, dropped
-
-
 def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:
     """Estimate the parameters by instruments, with the voltages as logged; None where nothing came from outside.
 
@@ -271,15 +248,22 @@ def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -
     return found
 
 
-def _show_timing(plant: Fit, logs: Sequence[Log], references: References) -> bool:
-    """Whether these logs can show a delay of the rotors or an arm that bends: under a controller if references time it.
+def _imitated_by_answers(selection: Selection, logs: Sequence[Log], references: References) -> list[str]:
+    """Delays of the rotors and bendings of the arm in a selection that may be a controller's answers to its encoders.
 
-    Where only air moves a rig, a controller's voltages follow the air and the counts of the encoders, and a delay with
-    too small a gain, or a bending, fits that. Nor is a delay that takes the place of the motors' whole lag that of a
-    rig.
+    A controller's voltages follow the air and the counts of the encoders. A delay or a bending, beside a wrong gain,
+    fits that: with up to 20 nats where encoders do not shake, and with any score where only air moves the rig. So each
+    has to be as likely as an unknown torque, and references have to time the rotors.
     """
-    if not references.closed_loop:
-        return True
+    timed = [f for f in selection.findings if f.effect.fault is None and (f.effect.family,) in (BENDING, TIMING)]
+    if not timed or not references.closed_loop:
+        return []
+    shown = _show_timing(selection.fit, logs, references)
+    return [f.effect.field for f in timed if not shown or f.stated_score < UNKNOWN]
+
+
+def _show_timing(plant: Fit, logs: Sequence[Log], references: References) -> bool:
+    """Whether references time the rotors, and no delay takes the place of the motors' whole lag."""
     if plant.at_bound[plant.names.index(LAG_FIELD)]:
         return False
     outside, given = _estimate_outside(plant, logs, references), plant.likelihood.rig
