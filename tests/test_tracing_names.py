@@ -16,13 +16,13 @@ from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_time
 from heli_identifier.tracing.select import fit_delivered
-from heli_identifier.tracing.settings import UNKNOWN
+from heli_identifier.tracing.settings import SEEN, UNKNOWN
 from heli_identifier.tracing.stability import covariance_of_logs, halves_agree, leave_logs_out, left_out_gain
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2
 from heli_plant.tabulated_torque import KNOTS, tabulated_torque
 from tests.blind.windy import windy_rig
-from tests.simulated import H, drive, noisy_log
+from tests.simulated import H, closed_loop_log, drive, noisy_log, process_noise
 from tests.test_tracing_likelihood import logs_of
 
 
@@ -38,6 +38,24 @@ def shown(selection):
 
 
 MECHANICS = {"inertial_coupling_elevation", "inertial_coupling_travel", "large_angle_gravity_elevation"}
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.05])
+def test_the_smoothed_motion_shows_a_friction_only_if_there_is_one(friction):
+    """A filter that follows the counts of an encoder without shake stops where the reading stops, as a friction would.
+
+    In air of .1 rad/s^2 that is worth 4 nats, without a friction, and a friction of half that torque more than 10.
+    """
+
+    def air(count, seed):
+        return process_noise(count, seed, np.array([0.1, 0.03, 0.01]), 0.4)
+
+    rig = TABLE_2._replace(dry_friction_pitch=friction)
+    likelihood = likelihood_of([closed_loop_log(rig, 40.0, 30 + k, f"{k}", air) for k in range(4)])
+    null = fit(likelihood, likelihood.rig.base)
+    imitated, true = (Scores(null, likelihood.rig.candidates, smoothed).scores([])["breakaway_friction_pitch"].score
+                      for smoothed in (False, True))  # fmt: skip
+    assert imitated > SEEN and (true > SEEN) == (friction > 0.0)
 
 
 @pytest.mark.parametrize("index", [1, 3])
