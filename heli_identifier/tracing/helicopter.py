@@ -34,7 +34,6 @@ from .motion import (
     plant_accelerations,
     record_start,
     signals_of,
-    smooth_motion,
     state_in_motion,
     thrust_slopes,
 )
@@ -152,7 +151,6 @@ class Rig:
     simulate = staticmethod(lambda *given: simulate(*given)[1])  # the angles
     initial_state = staticmethod(record_start)
     readings = staticmethod(arm_readings)
-    smooth_motion = staticmethod(smooth_motion)
     state_in_motion = staticmethod(state_in_motion)
     plant_accelerations = staticmethod(plant_accelerations)
     partial_residual = staticmethod(partial_residual)

@@ -24,13 +24,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.chain import Fault, undo_faults
+from heli_identifier.chain import Fault, local_cubic, undo_faults
 from heli_identifier.records import Log
 
 from .helicopter import Rig
 from .noise import SHAPES, AxisFilter, filter_gains, filters, recolour
 from .rig import Array, Coordinate, Parameters, Record, records_of
-from .settings import FORCE, OUTLIER, PER_LOG
+from .settings import FORCE, OUTLIER, PER_LOG, WINDOW
 
 NO_HARMONICS = np.empty((0, 4))
 
@@ -207,10 +207,10 @@ class Likelihood:
         return replace(record, start=start, angles=record.angles + zero)
 
     def smooth_motion(self, i: int, point: Point) -> Array:
-        """Return the motion (n, 2a) of record ``i`` as of :meth:`run_all`, but smoothed from samples on both sides."""
-        record = self.aligned_record(i, point)
-        bending = next(self.rig.readings(record, [point.parameters]))
-        return self.rig.smooth_motion(replace(record, angles=record.angles - bending))[:: record.held].copy()
+        """Return the motion (n, 2a) of record ``i`` as of :meth:`run_all`, but of local cubics through its angles."""
+        record, angles = self.records[i], self.aligned_record(i, point).angles
+        both = [local_cubic(angles, record.step, WINDOW, order) for order in (0, 1)]
+        return np.hstack(both)[:: record.held].copy()
 
     def run(self, i: int, point: Point) -> tuple[Array, Array]:
         """Run the filter over record ``i``; its innovations and motion as of :meth:`run_all`."""

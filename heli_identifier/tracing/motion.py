@@ -199,7 +199,7 @@ def estimate_equations(records: Sequence[Record], p: PlantParameters) -> dict[st
     return values
 
 
-def smooth_motion(record: Record, window: float = WINDOW) -> Array:
+def smooth_motion(record: Record, window: float) -> Array:
     """Angles [rad] and rates [rad/s] of a record by local cubics over ``window`` [s], shape (N, 6)."""
     return np.column_stack([local_cubic(record.angles, record.step, window, order) for order in (0, 1)])
 
