@@ -54,7 +54,7 @@ def diagnose(
     training logs were read with says it. ``progress`` is called with what is being done and the share that is done.
 
     LogError if nothing is excited, an axis stands still in a log, some training logs are mirror images of the others,
-    no log is held out, two logs share samples, or a log is too short.
+    no log is held out, a held-out log shares a flight with another one, or a log is too short.
     """
     start = perf_counter()
     training = read_logs(logs)

@@ -144,7 +144,7 @@ def compare(
 
 def _records(before: Fit, after: Fit, logs: Sequence[Log]) -> tuple[Record, ...]:
     """Make records of held-out logs: faults are undone as in training; axes without a noise model do not count."""
-    known, likelihood = before.counts & after.counts, after.likelihood
+    known, likelihood = before.likelihood.counts & after.likelihood.counts, after.likelihood
     records = (replace(record, weights=record.weights * known) for record in records_of(logs, likelihood.rig))
     return tuple(undo_in_record(likelihood.faults, record) for record in records)
 

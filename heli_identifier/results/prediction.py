@@ -69,7 +69,7 @@ class Model:
         likelihood = fitted.likelihood
         if fitted.point.harmonics:
             fitted = fit(likelihood, (), replace(fitted, point=replace(fitted.point, harmonics=())))
-        r = np.where(fitted.counts, fitted.encoder_noise(), likelihood.rig.resolution / np.sqrt(12.0))
+        r = np.where(fitted.likelihood.counts, fitted.encoder_noise(), likelihood.rig.resolution / np.sqrt(12.0))
         return cls(likelihood.rig, fitted.parameters, fitted.point.z, r, likelihood.widths)
 
     @classmethod

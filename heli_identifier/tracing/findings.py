@@ -154,7 +154,7 @@ def catalogue_verdicts(
 def _verdict(effect: Effect, score_of: Score | None, stated: FoundEffect | None) -> CatalogueVerdict:
     """Return the verdict on an entry; ``stated`` is not None if it is an effect of the diagnosis."""
     if score_of is None:
-        zero, why = Estimate(0.0, None, effect.unit), "a defect of the logs, or the air alone, looks like it"
+        zero, why = Estimate(0.0, None, effect.unit), "a defect of the logs, or a controller's answers, look like it"
         return CatalogueVerdict(effect.name, effect.axis, Verdict.NOT_TESTABLE, zero, 0.0, 0.0, None, why, "")
     verdict, estimate = Verdict.NOT_SHOWN, Estimate(score_of.value, score_of.standard_error, effect.unit)
     score, experiment, unit = score_of.score, "", _unit_suffix(effect.unit)

@@ -2,9 +2,9 @@
 
 The plant's coordinates x, the air's z and the per-log parameters b move together. No coordinate moves by more than
 :data:`.settings.LARGEST_STEP` widths of its prior in a step, and the step is halved while F grows. A first fit begins
-with the first logs alone in each of the airs :data:`.settings.AIRS`, and every axis continues from the better one. When
-F falls no further, the fit tries a coarse grid of airs around the present one on every axis, and continues from there
-if F is lower.
+with a minute of the first logs in each of the airs :data:`.settings.AIRS`, and every axis continues from the better
+one. When F falls no further, the fit tries a coarse grid of airs around the present one on every axis, and continues
+from there if F is lower.
 """
 
 from collections.abc import Mapping, Sequence
@@ -101,11 +101,6 @@ class Fit:
         """Names of the plant's parameters that were estimated."""
         return tuple(coordinate.field for coordinate in self.coordinates if coordinate.fault is None)
 
-    @property
-    def counts(self) -> NDArray[np.bool_]:
-        """Whether any sample of each axis counted, shape (a,)."""
-        return np.asarray(sum(record.weights.sum(0) for record in self.likelihood.records) > 0.0)
-
     def estimate(self, name: str) -> float:
         """Return the value of a parameter as :meth:`.Rig.read` defines it at the operating point."""
         return self.likelihood.rig.read(self.parameters, name)
@@ -186,6 +181,8 @@ def fit(
         ends = np.cumsum([record.time[-1] for record in likelihood.records])
         first_logs = likelihood.records[: 1 + int(np.searchsorted(ends, COARSE))]
         few = replace(likelihood, records=tuple(record.beginning(COARSE) for record in first_logs))
+        if (likelihood.counts & ~few.counts).any():  # an axis rests at first
+            few = likelihood
         start = _join_airs([_descend(few, fields, [few.neutral_point(first, z)], ROUGHLY, False) for z in airs])
     points = [start.point] if other is None else [start.point, other]
     points = [replace(p, parameters=rig.assign(p.parameters, shapes or {})) for p in points]

@@ -34,7 +34,7 @@ from .pushes import find_pushes
 from .references import References, find_references
 from .rig import Effect, average_blocks
 from .select import Finding, Selection, fit_delivered, select
-from .settings import KEPT, ROUNDS, SETTLING, TIMED, UNKNOWN, DiagnosisSettings
+from .settings import ANSWERED, KEPT, ROUNDS, SETTLING, TIMED, TIMED_OUTSIDE, DiagnosisSettings
 from .stability import covariance_of_logs, halves_agree, leave_logs_out, weigh_possible
 from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
 from .unknown import search_unknown
@@ -173,7 +173,7 @@ def identify_plant(
         null = _fit_null(Likelihood.of(training, rig), given.voltage_limit)
         selection, unknown = _search(null, candidates, defects)
     references = find_references(training)
-    while imitated_by_answers := _imitated_by_answers(selection, training, references):
+    while imitated_by_answers := _imitated_by_answers(selection, training, references):  # each turn leaves fewer
         tell("searching the catalogue again without a delay or a bending of the arm", 0.5)
         candidates = tuple(e for e in candidates if e.field not in imitated_by_answers)
         selection, unknown = _search(null, candidates, defects)
@@ -253,36 +253,44 @@ def _imitated_by_answers(selection: Selection, logs: Sequence[Log], references: 
 
     A controller's voltages follow the air and the counts of the encoders. A delay or a bending, beside a wrong gain,
     fits that: with up to 20 nats where encoders do not shake, and with any score where only air moves the rig. So each
-    has to be as likely as an unknown torque, and references have to time the rotors.
+    needs :data:`.settings.ANSWERED` nats, and references have to time the rotors. The weakest goes first, because two
+    of them may hide each other.
     """
     timed = [f for f in selection.findings if f.effect.fault is None and (f.effect.family,) in (BENDING, TIMING)]
     if not timed or not references.closed_loop:
         return []
-    shown = _show_timing(selection.fit, logs, references)
-    return [f.effect.field for f in timed if not shown or f.stated_score < UNKNOWN]
+    shown = _axes_timed(selection.fit, logs, references)
+    if hidden := [f.effect.field for f in timed if not shown & {f.effect.axis}]:
+        return hidden
+    weakest = min(timed, key=lambda f: f.stated_score)
+    return [weakest.effect.field] if weakest.stated_score < ANSWERED else []
 
 
-def _show_timing(plant: Fit, logs: Sequence[Log], references: References) -> bool:
-    """Whether references time the rotors, and no delay takes the place of the motors' whole lag."""
-    if plant.at_bound[plant.names.index(LAG_FIELD)]:
-        return False
+def _axes_timed(plant: Fit, logs: Sequence[Log], references: References) -> set[str]:
+    """Return the axes on which references time the rotors, and the rotors if pitch or elevation is among them.
+
+    There are none if a delay takes the place of the motors' whole lag.
+    """
     outside, given = _estimate_outside(plant, logs, references), plant.likelihood.rig
-    errors = [1.96 * error for _, error in _lags_by_references(given, outside)] if outside else [np.inf]
-    return min(errors) < LAG_WIDTH
+    if outside is None or plant.at_bound[plant.names.index(LAG_FIELD)]:
+        return set()
+    lags = zip(given.axes, given.gains, _lags_by_references(given, outside), strict=True)
+    timed = [(axis, gain) for axis, gain, (_, half) in lags if half < TIMED_OUTSIDE]
+    return {axis for axis, _ in timed} | {"rotors" for _, gain in timed if gain in given.positive_gains}
 
 
 def _lags_by_references(given: Rig, found: InstrumentEstimates) -> Iterator[tuple[float, float]]:
-    """Yield by how much [s] the motors' lag of instruments is too long by every gain, and its standard error [s]."""
+    """Yield for every gain by how much [s] the motors' lag of instruments is too long, and its 95 % half-width [s]."""
     for axis, gain in zip(found.axes, given.gains, strict=True):
         k, slope = (axis.parameters.index(name) for name in (gain, f"{gain} late"))
-        yield axis.values[slope] / axis.values[k], axis.half_widths[slope] / (1.96 * abs(axis.values[k]))
+        yield axis.values[slope] / axis.values[k], axis.half_widths[slope] / abs(axis.values[k])
 
 
 def _lag_by_references(given: Rig, found: InstrumentEstimates, used: float) -> float:
     """Return the motors' lag [s] that instruments find, beside the given one as a prior; they ``used`` this lag."""
     weighted, weights = given.parameters.T_m / LAG_WIDTH**2, 1.0 / LAG_WIDTH**2
-    for late, error in _lags_by_references(given, found):
-        if np.isfinite(error):
-            weighted += (used - late) / error**2
-            weights += 1.0 / error**2
+    for late, half in _lags_by_references(given, found):
+        if np.isfinite(half):
+            weighted += (used - late) * (1.96 / half) ** 2
+            weights += (1.96 / half) ** 2
     return float(max(weighted / weights, 0.0))

@@ -90,6 +90,11 @@ class Likelihood:
         m = max((len(record.pushes) for record in self.records), default=0)
         return np.concatenate((self.widths, np.full(m, FORCE)))
 
+    @property
+    def counts(self) -> NDArray[np.bool_]:
+        """Whether any sample of each axis counts, shape (a,)."""
+        return np.asarray(sum(record.weights.sum(0) for record in self.records) > 0.0)
+
     def pad_per_log(self, per_log: Array) -> Array:
         """Bring per-log parameters of fewer logs, or with other pushes, into the shape of these records."""
         padded = np.zeros((len(self.records), len(self.tau)))
@@ -135,8 +140,8 @@ class Likelihood:
     def compare_airs(self, point: Point, e: Sequence[Array], airs: Sequence[Array]) -> Array:
         """Return the terms (J, a) of F [nats] that depend on the air, in each of J ``airs`` (5, a).
 
-        ``e`` (N_i, a) [rad] are the innovations in the air of the point. One air of one axis follows the other,
-        since long records are large.
+        ``e`` (N_i, a) [rad] are the innovations in the air of the point. Airs are tried one at a time,
+        because the innovations of all airs together need much memory.
         """
         of_records = [(self.filters(record, point), self.filters(record, point, airs)) for record in self.records]
         F, sigma = np.zeros((2, len(airs), len(self.rig.axes)))

@@ -185,7 +185,7 @@ def estimate_equations(records: Sequence[Record], p: PlantParameters) -> dict[st
     for i, (moving, constant) in enumerate(zip(equation_terms(0.0), CONSTANTS, strict=True)):
         terms, X, y = (*moving, *constant), list[Array](), list[Array]()
         for record, signals in zip(slow, every, strict=True):
-            window = int(WINDOW / record.step)
+            window = round(WINDOW / record.step)
             long = record.samples > 4 * window
             inner, ends = (slice(window, -window), "nearest") if long else (slice(None), "interp")
             smooth = (local_cubic(term.of(signals), record.step, WINDOW, term.order, ends) for term in terms)

@@ -95,10 +95,8 @@ def _search_axis(
         for i, (pulses, u, rate) in enumerate(zip(logs, every_u, rates, strict=True)):
             S = 0.5 * u**2 / (phi + tau_squared * rate**2)
             if len(S) and (most := float(S.max())) > found[i][0]:
-                first, size = (
-                    pulses.starts[S.argmax()],
-                    -float(u[S.argmax()] / pulses.root[w]),
-                )  # e is measured - predicted
+                k = int(S.argmax())
+                first, size = int(pulses.starts[k]), -float(u[k] / pulses.root[w])  # e is measured minus predicted
                 found[i] = most, pulses.period * first, pulses.period * (first + width), size
     return found
 
@@ -110,11 +108,11 @@ class _Pulses:
     period: float
     """Time [s] from one start to the next."""
     sums: Array
-    """sum_k e_k s_k / sigma^2 of a step by its start, shape (n + W,)."""
+    """sum_k e_k s_k / sigma^2 of a step by its start, shape (n + 50,): a pulse may end behind the log."""
     root: Array
     """sqrt(I) by width for a torque of 1 rad/s^2, shape (W,)."""
     starts: NDArray[np.intp]
-    """Where a pulse may start, shape (m,)."""
+    """Where a pulse may start, shape (m,), in periods."""
     rate: Array
     """How fast the voltages change [V/s], shape (n,)."""
 

@@ -12,6 +12,8 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
+import numpy as np
+
 from .fit import Fit, fit
 from .likelihood import Point
 from .rig import Effect
@@ -33,9 +35,10 @@ class Finding:
     refit_score: float | None = None
     """The loss of a refit without its family [nats]; None where no refit was made."""
     doubtful: bool = False
-    """Whether something else is more likely. A shape of its law lies at the end of its range: the answers of a
-    controller to the encoder look like an arm that bends faster than a metal arm does. Or the law acts along the
-    filter's motion alone: where an axis turns slowly, the filter follows the counts of its encoder and seems braked."""
+    """Whether something else is more likely, in one of two cases. A shape of the law lies at the end of its range: the
+    answers of a controller to the encoder look like an arm that bends faster than a metal arm does. Or the law acts
+    along the filter's motion alone: where an axis turns slowly, the filter follows the counts of its encoder and seems
+    braked."""
 
     @property
     def established(self) -> bool:
@@ -204,8 +207,11 @@ def _weigh_effects(form: Scores, null: Fit) -> Iterator[Finding]:
 
     def seen(gone: Sequence[str]) -> bool:
         rest = tuple(name for name in selected if name not in gone)
+        if not np.isfinite(plain(rest).value):  # the plant diverges without them
+            return True
         smooth = Scores(plain(rest), [form.effects[name] for name in selected], smoothed=True)
-        return max(one.score for one in smooth.scores(rest, among=gone).values()) > SEEN
+        gain = (smooth.fall(selected) - smooth.fall(rest)) / smooth.dispersion
+        return gain - max(smooth.penalty[name] for name in gone) > SEEN
 
     scores = form.scores(selected)
     for name in sorted(selected, key=lambda name: scores[name].score):
@@ -257,7 +263,7 @@ def _weigh_effect(
 ) -> Finding:  # fmt: skip
     """Weigh an effect of a set; with ``lost`` and ``seen`` also by a refit, along the smoothed motion, against rivals.
 
-    Of effects, they give the loss of a refit without them [nats], and whether the smoothed motion shows them.
+    ``lost`` returns the loss of a refit without some effects [nats], ``seen`` whether the smoothed motion shows them.
     """
     effect, score = form.effects[name], scores[name]
     relatives = [other for other in selected if form.effects[other].family == effect.family]
@@ -277,7 +283,9 @@ def _weigh_effect(
         return finding
     if finding.established:
         by_refit = lost(relatives) / phi - form.penalty[name] - KEPT * (len(relatives) - 1)
-        finding = replace(finding, refit_score=max(by_refit, 0.0), doubtful=not seen(relatives))
+        finding = replace(finding, refit_score=max(by_refit, 0.0))
+    if finding.established and effect.fault is None:
+        finding = replace(finding, doubtful=not seen(relatives))
     return replace(finding, alternatives=tuple(_alternatives(form, name, selected, score)))
 
 

@@ -134,7 +134,16 @@ REFITTED = 6.0
 where only the size is open: chance reaches it on one of 3 500 entries, so on one in 100 rigs."""
 
 SEEN = 2.0
-"""Nats along the smoothed motion below which a law is not seen there: 95 % of chance is below."""
+"""Nats along the smoothed motion below which a law is not seen there: along the true motion chance exceeds them on one
+of twenty entries. Smoothing hides a part of a friction, .01 of .03 rad/s^2, so weak ones are missed."""
+
+ANSWERED = 22.0
+"""Nats from which a delay of the rotors or a bending arm is shown under a controller: its answers to an encoder that
+does not shake imitate either with up to 20."""
+
+TIMED_OUTSIDE = 0.04
+"""Half-width [s] of the interval of the motors' lag by references below which they can show a delay or a bending: half
+of a usual lag. References that move the rig well time it to .003 to .023 s."""
 
 # --- what the catalogue cannot name (unknown.py) ---
 

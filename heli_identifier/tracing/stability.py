@@ -66,8 +66,8 @@ def weigh_possible(selection: Selection) -> tuple[dict[str, float], list[str]]:
     """Gain on left-out logs of every possible effect, and the effects that the plant does not take.
 
     They leave one at a time, the one with the lowest gain first, because some help only beside each other. The plant
-    never takes a torque that steps at one instant, as it repeats in no other flight, or a law whose shape lies at the
-    end of its range, as something else is more likely. These have no gain.
+    never takes a torque that steps at one instant, as it repeats in no other flight, or a law that is doubtful, as
+    something else is more likely. These have no gain.
     """
     possible = [f for f in selection.findings if not f.established and f.effect.fault is None]
     dropped = [f.effect.field for f in possible if f.effect.steps_in_time or f.doubtful]

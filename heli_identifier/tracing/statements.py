@@ -107,7 +107,8 @@ class FoundEffect:
     """Whether the corrected plant has it. A periodic torque never is in it; an unknown curve is, as a table."""
     left_out_gain: float | None = None
     """Of a possible effect: the rise of the log-likelihood of training logs, each left out in turn [nats]. None for a
-    torque that steps at one instant, and for a law whose shape lies at the end of its range: no plant has these."""
+    torque that steps at one instant, for a law whose shape lies at the end of its range, and for one that acts along
+    the filter's motion alone: no plant has these."""
     together: str = ""
     """What the effect and its alternatives come to together, in words; empty if there is no such figure."""
 

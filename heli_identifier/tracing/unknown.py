@@ -156,7 +156,7 @@ def _basis(
 def scan(fitted: Fit) -> list[Unknown]:
     """Score the curves of every axis that has no table, and its strongest periodic torque, beside a fit."""
     rig, found = fitted.likelihood.rig, list[Unknown]()
-    for a in np.flatnonzero(fitted.counts).tolist():
+    for a in np.flatnonzero(fitted.likelihood.counts).tolist():
         has_table = set(rig.tables.fields(rig.axes[a], "")) & set(fitted.fields)
         found += _weigh_torques(fitted, a, [_period(fitted, a), *(() if has_table else _curves(fitted, a))])
     return sorted(found, key=lambda u: -u.score)
