@@ -41,7 +41,7 @@ from .settings import DIFFERENCE, OUTLIER, PER_LOG
 Rows = tuple[NDArray[np.intp], Array]
 """Numbers of coordinates (k,), and the derivatives by them (k, n)."""
 
-CHUNK = 400_000
+CHUNK = 200_000
 """Samples of all coordinates together that are read at a time."""
 
 
