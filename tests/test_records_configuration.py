@@ -54,6 +54,9 @@ def test_what_is_given_of_the_rig_is_the_configuration_that_all_logs_were_read_w
     own, too, other = records.read_log(path, rig), records.read_log(second, rig), records.read_log(second)
     cases = ((own, too), (own, other), (other, own), ())
     assert [records.common_configuration(logs) for logs in cases] == [rig, *[RigConfiguration()] * 3]
+    contradicting = replace(too, configuration=replace(rig, name="another rig"))
+    with pytest.raises(LogError, match="read with different configurations"):
+        records.common_configuration((own, contradicting))
 
 
 TRUE = read_log(demo_files("rig-b")[0][0], end=45.0)

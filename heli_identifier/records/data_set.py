@@ -80,9 +80,18 @@ def _make_names_unique(logs: Sequence[Log]) -> tuple[Log, ...]:
 
 
 def common_configuration(logs: Sequence[Log]) -> RigConfiguration:
-    """Return the configuration that all logs were read with; the defaults if it is not one and the same."""
+    """Return the configuration that all logs were read with; the defaults if some were read without one.
+
+    A LogError says that logs were read with different ones: they cannot all be right about one rig.
+    """
     first, *others = [log.configuration for log in logs] or [None]
-    return first if first and all(other == first for other in others) else RigConfiguration()
+    for log, other in zip(logs[1:], others, strict=True):
+        if first and other and other != first:
+            raise LogError(
+                f"the logs {logs[0].name} and {log.name} were read with different configurations of their rig; read "
+                f"both with one {HELI_TOML}."
+            )
+    return first if first and all(others) else RigConfiguration()
 
 
 def check_excitation(logs: Sequence[Log]) -> None:
