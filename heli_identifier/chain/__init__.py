@@ -16,6 +16,7 @@ from .events import (
     local_cubic,
     mark_events,
     passages_left_out,
+    smooth_motion,
     undo_slips,
 )
 from .faults import FAULTS, Fault, undo_faults

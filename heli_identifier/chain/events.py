@@ -125,6 +125,11 @@ def local_cubic(values: Array, step: float, window: float, order: int = 0, ends:
     return np.asarray(savgol_filter(values, length, 3, order, step, axis=0, mode=ends))
 
 
+def smooth_motion(angles: Array, step: float, window: float) -> Array:
+    """Return angles (N, a) [rad] and their rates [rad/s] by local cubics over ``window`` [s], shape (N, 2a)."""
+    return np.hstack([local_cubic(angles, step, window, order) for order in (0, 1)])
+
+
 def _window_length(step: float, window: float) -> int:
     """Count the samples of a local cubic, an odd number."""
     return max(int(window / step) | 1, 5)

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from heli_identifier.chain import local_cubic
+from heli_identifier.chain import smooth_motion
 from heli_identifier.tracing.fit import Fit, fit
 from heli_identifier.tracing.helicopter import Rig
 from heli_identifier.tracing.noise import SHAPES, AxisFilter, filter_gains, filters
@@ -186,8 +186,7 @@ class Run:
     @cached_property
     def motion(self) -> Array:
         """Smoothed angles [rad] and rates [rad/s] at the starts, shape (S, 2a)."""
-        y, h = self.record.angles, self.record.step
-        return np.hstack([local_cubic(y, h, SMOOTHING, order)[self.at] for order in (0, 1)])
+        return smooth_motion(self.record.angles, self.record.step, SMOOTHING)[self.at]
 
     def measured(self, seconds: float) -> Array:
         """Return the angles (S, a) [rad] so long after the starts; not a number if the passage ends before."""

@@ -260,7 +260,7 @@ def _imitated_by_answers(selection: Selection, logs: Sequence[Log], references: 
     if not timed or not references.closed_loop:
         return []
     shown = _axes_timed(selection.fit, logs, references)
-    if hidden := [f.effect.field for f in timed if not shown & {f.effect.axis}]:
+    if hidden := [f.effect.field for f in timed if f.effect.axis not in shown]:
         return hidden
     weakest = min(timed, key=lambda f: f.stated_score)
     return [weakest.effect.field] if weakest.stated_score < ANSWERED else []
@@ -271,8 +271,8 @@ def _axes_timed(plant: Fit, logs: Sequence[Log], references: References) -> set[
 
     There are none if a delay takes the place of the motors' whole lag.
     """
-    outside, given = _estimate_outside(plant, logs, references), plant.likelihood.rig
-    if outside is None or plant.at_bound[plant.names.index(LAG_FIELD)]:
+    given = plant.likelihood.rig
+    if plant.at_bound[plant.names.index(LAG_FIELD)] or not (outside := _estimate_outside(plant, logs, references)):
         return set()
     lags = zip(given.axes, given.gains, _lags_by_references(given, outside), strict=True)
     timed = [(axis, gain) for axis, gain, (_, half) in lags if half < TIMED_OUTSIDE]

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from heli_identifier.chain import Fault, local_cubic, undo_faults
+from heli_identifier.chain import Fault, smooth_motion, undo_faults
 from heli_identifier.records import Log
 
 from .helicopter import Rig
@@ -213,9 +213,8 @@ class Likelihood:
 
     def smooth_motion(self, i: int, point: Point) -> Array:
         """Return the motion (n, 2a) of record ``i`` as of :meth:`run_all`, but of local cubics through its angles."""
-        record, angles = self.records[i], self.aligned_record(i, point).angles
-        both = [local_cubic(angles, record.step, WINDOW, order) for order in (0, 1)]
-        return np.hstack(both)[:: record.held].copy()
+        record = self.aligned_record(i, point)
+        return smooth_motion(record.angles, record.step, WINDOW)[:: record.held].copy()
 
     def run(self, i: int, point: Point) -> tuple[Array, Array]:
         """Run the filter over record ``i``; its innovations and motion as of :meth:`run_all`."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import cont2discrete, lfilter
 
-from heli_identifier.chain import local_cubic
+from heli_identifier.chain import local_cubic, smooth_motion
 from heli_plant.effects import AXES, CATALOGUE, THRUST, VOLTAGE
 from heli_plant.laws import bending_acceleration, input_delay, motor_input, motor_time_constant, thrust_voltage
 from heli_plant.motor import decay_factor
@@ -199,11 +199,6 @@ def estimate_equations(records: Sequence[Record], p: PlantParameters) -> dict[st
     return values
 
 
-def smooth_motion(record: Record, window: float) -> Array:
-    """Angles [rad] and rates [rad/s] of a record by local cubics over ``window`` [s], shape (N, 6)."""
-    return np.column_stack([local_cubic(record.angles, record.step, window, order) for order in (0, 1)])
-
-
 def smooth_acceleration(accelerations: Array, h: float) -> Array:
     """Smooth accelerations (N,) as the second derivative of a local cubic smooths those of the angle."""
     angle = h * h * np.cumsum(np.cumsum(accelerations))
@@ -228,7 +223,8 @@ def drawn_variable(
 
 def plant_accelerations(record: Record, *plants: PlantParameters, window: float = MOTION_WINDOW) -> Array:
     """Accelerations (m, N, 3) [rad/s^2] of plants along the measured motion, smoothed over ``window`` [s]."""
-    out = np.moveaxis(run_accelerations(record, plants, smooth_motion(record, window))[0], 0, 2).copy()
+    motion = smooth_motion(record.angles, record.step, window)
+    out = np.moveaxis(run_accelerations(record, plants, motion)[0], 0, 2).copy()
     out[:, 1:] = 0.5 * (out[:, 1:] + out[:, :-1])  # from the middles of the steps to their ends
     return out
 
@@ -246,6 +242,6 @@ def partial_residual(
     whole, without = (smooth_acceleration(of_plant[:, axis], h) for of_plant in both)
     inner = slice(round(1.0 / h), -round(1.0 / h))
     y = local_cubic(record.angles[:, axis], h, WINDOW, 2) - without
-    motion = smooth_motion(record, WINDOW)
+    motion = smooth_motion(record.angles, h, WINDOW)
     variable, unit, x = drawn_variable(record, effect.drawn_against, axis, motion, parameters)
     return AXES[axis], variable, unit, x[inner], y[inner], (whole - without)[inner]

@@ -90,7 +90,7 @@ def _search_axis(
     logs = [_Pulses.of(fitted, record, e[:, axis], axis) for record, e in known]
     found = [(0.0, 0.0, 0.0, 0.0)] * len(logs)
     for w, width in enumerate(WIDTHS):
-        every_u, rates = [pulses.standardised(w) for pulses in logs], [pulses.change(width) for pulses in logs]
+        every_u, rates = [pulses.standardised(w) for pulses in logs], [pulses.change(w) for pulses in logs]
         phi, tau_squared = _dispersion(np.concatenate(every_u), np.concatenate(rates))
         for i, (pulses, u, rate) in enumerate(zip(logs, every_u, rates, strict=True)):
             S = 0.5 * u**2 / (phi + tau_squared * rate**2)
@@ -120,8 +120,9 @@ class _Pulses:
         """Return u/sqrt(I) of the pulses of a width by start (m,), standard normal in the air of the fit."""
         return np.asarray((self.sums[self.starts] - self.sums[self.starts + WIDTHS[w]]) / self.root[w])
 
-    def change(self, width: int) -> Array:
+    def change(self, w: int) -> Array:
         """Return v' [V/s] of the pulses of a width by start, shape (m,)."""
+        width = WIDTHS[w]
         return np.asarray(maximum_filter1d(self.rate, width + LAG, origin=(LAG - width + 1) // 2)[self.starts])
 
     @classmethod

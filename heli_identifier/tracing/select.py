@@ -35,10 +35,9 @@ class Finding:
     refit_score: float | None = None
     """The loss of a refit without its family [nats]; None where no refit was made."""
     doubtful: bool = False
-    """Whether something else is more likely, in one of two cases. A shape of the law lies at the end of its range: the
-    answers of a controller to the encoder look like an arm that bends faster than a metal arm does. Or the law acts
-    along the filter's motion alone: where an axis turns slowly, the filter follows the counts of its encoder and seems
-    braked."""
+    """Whether something else is more likely: a shape of the law lies at the end of its range (a controller's answers to
+    the encoder look like an arm that bends faster than metal does), or the law acts along the filter's motion alone
+    (where an axis turns slowly, the filter follows the counts of its encoder and seems braked)."""
 
     @property
     def established(self) -> bool:
@@ -205,7 +204,8 @@ def _weigh_effects(form: Scores, null: Fit) -> Iterator[Finding]:
         F = least(rest, mechanics)
         return F - least(selected, mechanics and F - fitted.value < UNKNOWN)  # a clear case needs no further fit
 
-    def seen(gone: Sequence[str]) -> bool:
+    @cache
+    def seen(gone: tuple[str, ...]) -> bool:
         rest = tuple(name for name in selected if name not in gone)
         if not np.isfinite(plain(rest).value):  # the plant diverges without them
             return True
@@ -259,14 +259,14 @@ def established_families(form: Scores, selected: Sequence[str]) -> set[str]:
 
 def _weigh_effect(
     form: Scores, name: str, selected: Sequence[str], scores: dict[str, Score],
-    lost: Callable[[Sequence[str]], float] | None = None, seen: Callable[[Sequence[str]], bool] | None = None,
+    lost: Callable[[Sequence[str]], float] | None = None, seen: Callable[[tuple[str, ...]], bool] | None = None,
 ) -> Finding:  # fmt: skip
     """Weigh an effect of a set; with ``lost`` and ``seen`` also by a refit, along the smoothed motion, against rivals.
 
     ``lost`` returns the loss of a refit without some effects [nats], ``seen`` whether the smoothed motion shows them.
     """
     effect, score = form.effects[name], scores[name]
-    relatives = [other for other in selected if form.effects[other].family == effect.family]
+    relatives = tuple(other for other in selected if form.effects[other].family == effect.family)
     names, bound = form.fitted.names, form.fitted.at_bound
     # members of a family share its torque differently from log to log
     phi = form.dispersion_of(name) if name in names and len(relatives) == 1 else form.dispersion
