@@ -263,9 +263,11 @@ class Rig:
         likelihood would confirm a gain that is wrong because of it.
         """
         terms = [(*moving, late) for moving, late in zip(equation_terms(parameters.theta0), LATE, strict=True)]
-        off = dict.fromkeys((law.field for law in CATALOGUE if law.field != LAG_FIELD), 0.0)
-        bare = self.assign(parameters, off | {f"table_variable_{axis}": 0.0 for axis in AXES})
-        known = [whole - without for whole, without in (self.plant_accelerations(r, parameters, bare) for r in records)]
+        of_effects = (*(f"table_variable_{axis}" for axis in AXES), *(law.field for law in CATALOGUE))
+        on = [field for field in of_effects if field != LAG_FIELD and getattr(parameters, field)]
+        bare = self.assign(parameters, dict.fromkeys(on, 0.0))
+        both = (self.plant_accelerations(record, parameters, bare) for record in (records if on else ()))
+        known = [whole - without for whole, without in both]
         return [
             Regression(axis, [record.angles[:, i] for record in records], of_axis, [added[:, i] for added in known])
             for i, (axis, of_axis) in enumerate(zip(AXES, terms, strict=True))

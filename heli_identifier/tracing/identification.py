@@ -34,7 +34,7 @@ from .pushes import find_pushes
 from .references import References, find_references
 from .rig import Effect, average_blocks
 from .select import Finding, Selection, fit_delivered, select
-from .settings import ANSWERED, KEPT, ROUNDS, SETTLING, TIMED, TIMED_OUTSIDE, DiagnosisSettings
+from .settings import KEPT, ROUNDS, SETTLING, TIMED, TIMED_OUTSIDE, UNKNOWN, DiagnosisSettings
 from .stability import covariance_of_logs, halves_agree, leave_logs_out, weigh_possible
 from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
 from .unknown import search_unknown
@@ -253,7 +253,7 @@ def _imitated_by_answers(selection: Selection, logs: Sequence[Log], references: 
 
     A controller's voltages follow the air and the counts of the encoders. A delay or a bending, beside a wrong gain,
     fits that: with up to 20 nats where encoders do not shake, and with any score where only air moves the rig. So each
-    needs :data:`.settings.ANSWERED` nats, and references have to time the rotors. The weakest goes first, because two
+    needs :data:`.settings.UNKNOWN` nats, and references have to time the rotors. The weakest goes first, because two
     of them may hide each other.
     """
     timed = [f for f in selection.findings if f.effect.fault is None and (f.effect.family,) in (BENDING, TIMING)]
@@ -263,7 +263,7 @@ def _imitated_by_answers(selection: Selection, logs: Sequence[Log], references: 
     if hidden := [f.effect.field for f in timed if f.effect.axis not in shown]:
         return hidden
     weakest = min(timed, key=lambda f: f.stated_score)
-    return [weakest.effect.field] if weakest.stated_score < ANSWERED else []
+    return [weakest.effect.field] if weakest.stated_score < UNKNOWN else []
 
 
 def _axes_timed(plant: Fit, logs: Sequence[Log], references: References) -> set[str]:

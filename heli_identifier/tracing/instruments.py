@@ -100,10 +100,9 @@ class AxisInstruments:
     """Block numbers of the samples, -1 where left out."""
     accelerations: Rows
     """L p^2 y of each log, shape (n, 1)."""
-    regressors: Rows
     instruments: Rows
     whitening: Array
-    """regressors, instruments, whitening: Phi and Z of each log, and the whitening filter."""
+    """instruments, whitening: Z of each log, and the whitening filter."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +166,7 @@ def _estimate_axis(
     k = len(regression.terms)
     nothing = AxisInstruments(
         regression.name, tuple(term.name for term in regression.terms), np.full(k, nan), np.full(k, inf), np.zeros(k),
-        blocks, measured, phi, hats, np.array([1.0]),
+        blocks, measured, hats, np.array([1.0]),
     )  # fmt: skip
     mean, std = np.array([term.prior for term in regression.terms], dtype=float).T
     response = [y - a for y, a in zip(measured, known, strict=True)]

@@ -30,6 +30,7 @@ from .settings import (
     REFITTED,
     SEEN_AT,
     SETTLING,
+    UNKNOWN,
 )
 
 Array = NDArray[np.float64]
@@ -149,6 +150,8 @@ class Effect:
     @property
     def shown_from(self) -> float:
         """Score from which it is shown [nats]."""
+        if self.steps_in_time:
+            return UNKNOWN  # drifting air looks like a step at some instant
         return REFITTED if self.certain else NAMED
 
     @property

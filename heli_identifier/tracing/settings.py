@@ -137,10 +137,6 @@ SEEN = 2.0
 """Nats along the smoothed motion below which a law is not seen there: along the true motion chance exceeds them on one
 of twenty entries. Smoothing hides a part of a friction, .01 of .03 rad/s^2, so weak ones are missed."""
 
-ANSWERED = 22.0
-"""Nats from which a delay of the rotors or a bending arm is shown under a controller: its answers to an encoder that
-does not shake imitate either with up to 20."""
-
 TIMED_OUTSIDE = 0.04
 """Half-width [s] of the interval of the motors' lag by references below which they can show a delay or a bending: half
 of a usual lag. References that move the rig well time it to .003 to .023 s."""
@@ -149,8 +145,10 @@ of a usual lag. References that move the rig well time it to .003 to .023 s."""
 
 UNKNOWN = 22.0
 """Nats of an unknown torque, as of one degree of freedom: the search looks at some 24 curves and, on every axis, 600
-frequencies. Chance reaches it on one of 100 000 rigs, and less is a ripple. A log that is read otherwise, as a mirror
-image or in another unit, has to be likelier by as much."""
+frequencies. Chance reaches it on one of 100 000 rigs, and less is a ripple. What something else imitates needs as much:
+a log that is read otherwise, as a mirror image or in another unit; a torque that steps at one instant, which drifting
+air imitates with up to 15; under a controller a delay of the rotors or a bending arm, which its answers to an encoder
+that does not shake imitate with up to 20."""
 
 # --- what moved the rig from outside (references.py) ---
 
