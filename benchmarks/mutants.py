@@ -1,8 +1,8 @@
 """Mutants: how many wrong laws, signs, numbers, bounds and checks the tests notice.
 
 Each mutant changes one comparison, sign, product, number, min or max, or drops a ``raise``. In a copy of the tree the
-test files that run its line are tried, those first that run most of its module, until one fails or ``--budget`` seconds
-are over. Which lines a test file runs is measured once, for a quarter of an hour. ``--sample`` mutants are drawn with
+test files are tried, those first that run its line, until one fails or ``--budget`` seconds are over. Which lines a
+test file runs is measured once, for a quarter of an hour. ``--sample`` mutants are drawn with
 ``--seed``; ``--against COMMIT`` draws them from lines that this commit has too, and tries its tests on a survivor.
 """
 
@@ -88,11 +88,10 @@ class Tree:
         return {(path, line) for path in data.measured_files() for line in data.lines(path) or ()}
 
     def tests_of(self, mutant: Mutant) -> list[Path]:
-        """Return the test files that run a line, else its module: those that run most of the module come first."""
+        """Return the test files, in order: those that run a line, those that run most of its module."""
         file, line = str(self.root / mutant.path), self.mutants[mutant][0].start[0]
-        shares = {test: sum(path == file for path, _ in lines) for test, lines in self.lines.items()}
-        tests = [test for test in shares if (file, line) in self.lines[test]] or [t for t in shares if shares[t]]
-        return sorted(tests, key=shares.__getitem__, reverse=True)
+        shares = {test: sum(path == file for path, _ in lines) for test, lines in self.lines.items() if lines}
+        return sorted(shares, key=lambda test: ((file, line) in self.lines[test], shares[test]), reverse=True)
 
     def passes(self, test: Path, *under: str) -> bool:
         """Whether a test file passes, and ends in time; pytest runs ``under`` another module, or alone."""
