@@ -5,7 +5,7 @@ which effects are, and undone in the log; it never becomes part of a plant. Defe
 equal columns, are found by :mod:`.inspection`.
 """
 
-# ruff: noqa: F401 - this is the door
+# ruff: noqa: F401 - the names are the subpackage's interface
 from .answers import controller_samples, undo_delays
 from .events import (
     MARGIN,

@@ -4,7 +4,7 @@ The symbols are the paper's: theta, epsilon, lambda for pitch, elevation, travel
 (11); phi, Omega, Gamma, alpha, sigma of the adaptation (7); e, G, nu, lambda of the prediction errors.
 """
 
-# ruff: noqa: F401 - this is the door
+# ruff: noqa: F401 - the names are the subpackage's interface
 from .adaptation import combinations, gain_matrix
 from .identifier import (
     IdentifierOutput,

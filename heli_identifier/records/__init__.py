@@ -1,6 +1,6 @@
 """Measured logs: reading, checking, conversion, and the configuration of a rig.
 
-The stub beside this file is the room's door: it lists what other rooms may use.
+The stub beside this file is the subpackage's interface: it lists what other subpackages may use.
 """
 
 import lazy_loader

@@ -1,6 +1,6 @@
 """What people and programs read of a result: JSON documents, parameter sets, the folder of a diagnosis, the report.
 
-The stub beside this file is the room's door: it lists what other rooms may use.
+The stub beside this file is the subpackage's interface: it lists what other subpackages may use.
 """
 
 import lazy_loader

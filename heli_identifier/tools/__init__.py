@@ -1,6 +1,6 @@
 """Work with logs and plants other than a diagnosis: identify, linearise, control, design experiments, many rigs.
 
-The stub beside this file lists what other rooms may use; each name is loaded when it is first used.
+The stub beside this file lists what other subpackages may use; each name is loaded when it is first used.
 """
 
 import lazy_loader

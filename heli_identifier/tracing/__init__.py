@@ -1,6 +1,6 @@
 """From logs to a diagnosis: one likelihood for fit, names, comparison and delivery; instruments judge it.
 
-The stub beside this file is the room's door: it lists what other rooms may use.
+The stub beside this file is the subpackage's interface: it lists what other subpackages may use.
 """
 
 import lazy_loader

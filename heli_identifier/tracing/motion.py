@@ -1,7 +1,7 @@
 """What the tracer computes of the bench helicopter along a record: signals, equations of motion, variables of torques.
 
-The rig with its parameters and priors is in :mod:`.helicopter`. These two are the only modules of this room that import
-the plant.
+The rig with its parameters and priors is in :mod:`.helicopter`. These two are the only modules of this subpackage that
+import the plant.
 """
 
 from collections.abc import Iterator, Sequence

@@ -5,7 +5,7 @@ sums, FMU variables, search, report and documentation follow from that. Sources:
 its footnote on thrust asymmetry; eq. (1); LAAS report 18040.
 """
 
-# ruff: noqa: F401 - this is the door
+# ruff: noqa: F401 - the names are the subpackage's interface
 from . import friction, rotors, arm  # noqa: I001 - this order is that of the parameters
 from .definition import ACCELERATION, AXES, BENDING, DECLARED, DELAY, LAG, ROTORS, STEP_TIMES, THRUST, VOLTAGE, Effect
 
