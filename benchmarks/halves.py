@@ -13,7 +13,7 @@ Behind a gain stands ``*`` if it rests on the noise model and ``?`` if it is not
 the logs' median voltage, that of all logs for measured rigs, whose held-out logs are the other half. It is *wrong*
 outside of its interval and off by more than 15 %. A family of effects is *detectable* if a fit that is told the
 structure gives it more than 8 nats. The Jaccard index of two halves is 1 where neither shows anything. *Lost* is the
-log-likelihood of a second controller's logs under the true plant less that under the delivered one.
+log-likelihood of a second controller's logs under the true plant less that under the corrected one.
 """
 
 from collections.abc import Iterator, Mapping, Sequence

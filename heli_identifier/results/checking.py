@@ -115,7 +115,7 @@ class Check(Tabular):
 
 
 def check(logs: LogSource | Sequence[LogSource], parameters: ParameterSource, factor: float = 1.3) -> Check:
-    """Check that a model predicts new logs as well as a diagnosis found for its corrected model.
+    """Check that a model predicts new logs as well as a diagnosis found for its corrected plant.
 
     An axis of a log passes if the root-mean-square error of its 1 s prediction is at most ``factor`` times the error
     on the held-out logs of the diagnosis, or times the noise floor if that is larger. If a controller flew the logs of

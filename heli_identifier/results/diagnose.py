@@ -47,7 +47,7 @@ def diagnose(
     settings: DiagnosisSettings | None = None,
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """Find what the simplified model of one rig lacks, and compare the corrected model with it on held-out logs.
+    """Find what the simplified model of one rig lacks, and compare the corrected plant with it on held-out logs.
 
     Models are fitted to the training ``logs``, and effects are searched in them. The logs ``held_out`` decide nothing;
     errors are computed on them. ``settings`` say what is given of the rig; by default the configuration that all
@@ -178,7 +178,7 @@ def base_estimates(fitted: Fit, C: Array) -> dict[str, Estimate]:
 
 
 def _delivered_plant(after: Fit, effects: Sequence[FoundEffect]) -> Parameters:
-    """Return the parameters of the delivered plant: a motor lag that is no finding is added to T_m."""
+    """Return the parameters of the plant as it is delivered: a motor lag that is no finding is added to T_m."""
     p = after.parameters
     if any(effect.name == "motor_lag" for effect in effects):
         return p

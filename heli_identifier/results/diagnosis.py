@@ -37,7 +37,7 @@ class RigVerdict(StrEnum):
 
 
 class Use(StrEnum):
-    """What an axis of the delivered plant may be used for; the value is the text that stands in diagnosis.json."""
+    """What an axis of the corrected plant may be used for; the value is the text that stands in diagnosis.json."""
 
     CONTROL = "prediction and control"
     PREDICTION = "prediction only"
@@ -96,7 +96,7 @@ class AxisReport:
     """One axis before and after on the held-out logs."""
 
     before: AxisError
-    """Of the simplified model."""
+    """Of the model before: the simplified model with the effects that heli.toml gives."""
     after: AxisError
     """Of the corrected plant."""
     noise_floor: AxisError
@@ -151,7 +151,7 @@ class HeldOutSeries:
     """Start state by the fields of the plant's state, so that the FMU repeats the run."""
     residuals: Mapping[str, Array]
     """Of both, shape (n, 3): innovations under the air and over the scales of the plant after, every ``residual_step``
-    [s]: under its own air the plant before would look white, since that has taken what it lacks for air."""
+    [s]: under its own air the model before would look white, since that has taken what it lacks for air."""
     residual_step: float
     """[s]."""
     stretches: Mapping[str, Array] = field(default_factory=dict)

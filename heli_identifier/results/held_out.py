@@ -1,4 +1,4 @@
-"""The plants before and after on held-out logs. These logs decide nothing in the search; they measure its result.
+"""The model before and the corrected plant on held-out logs, which decide nothing: they measure the search's result.
 
     ln p(log | plant) = max over b of  sum_a sum_k -ln sigma_a - ln(2 pi)/2 - rho(e_ak / sigma_a)
                         - |b / tau|^2 / 2 - ln det(1 + tau H tau) / 2

@@ -80,7 +80,7 @@ def render(template: str, **parts: Any) -> str:
 
 
 def _draw_overlay(diagnosis: Diagnosis) -> str:
-    """Draw the measured motion of the first held-out log, and the motion of the plants before and after."""
+    """Draw the measured motion of the first held-out log, and that of the model before and the corrected plant."""
     series, panels = diagnosis.series[0], []
     runs, step = (series.stretches, series.residual_step) if series.stretches else (series.free_runs, series.log.step)
     time = np.arange(len(runs["after"]), dtype=np.float64) * step

@@ -96,7 +96,7 @@ class Fleet:
     """What several diagnoses say together, by rig; ``failures`` say why a rig has no diagnosis.
 
     ``effects`` are all entries of the catalogue in the order of :class:`Finding`, then by the number of rigs that name
-    them; ``parameters`` are those of the corrected models, gains as slopes at the median voltage of a rig's logs.
+    them; ``parameters`` are those of the corrected plants, gains as slopes at the median voltage of a rig's logs.
     """
 
     diagnoses: Mapping[str, Diagnosis]

@@ -76,7 +76,7 @@ def lag_score(fitted: Fit, C: Array) -> Score:
 
 
 def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float | None = None) -> FoundEffect:
-    """State one effect of a selection; ``fitted`` is the delivered plant."""
+    """State one effect of a selection; ``fitted`` is the corrected plant."""
     effect, units, p = finding.effect, fitted.likelihood.rig.units, fitted.parameters
     rivals, in_plant = [rival for rival in finding.alternatives if rival.field not in fitted.fields], False
     coefficient = Estimate(finding.score.value, finding.score.standard_error, effect.unit)

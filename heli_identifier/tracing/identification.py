@@ -64,7 +64,7 @@ class Identification:
     on_time: frozenset[str]
     """Axes that a controller is seen to answer at once: their angles are not late."""
     plant: Fit
-    """The delivered plant."""
+    """The corrected plant."""
     covariance: NDArray[np.float64]
     """Of the plant's coordinates, shape (P, P)."""
     left_out_gains: Mapping[str, float]

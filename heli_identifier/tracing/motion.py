@@ -70,7 +70,7 @@ class Tables:
         ("pitch", "pitch"), ("pitch", "pitch_rate"), ("pitch", "mu_diff"), ("elevation", "elevation"),
         ("elevation", "elevation_rate"), ("elevation", "mu_sum"), ("travel", "travel_rate"), ("travel", "pitch"),
     ))  # fmt: skip
-    """Tables whose straight line is a term of the plant before."""
+    """Tables whose straight line is a term of the model before."""
 
     @staticmethod
     def values(record: Record, parameters: PlantParameters, motion: Array) -> Array:

@@ -118,7 +118,7 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class Effect:
-    """An effect that the plant before lacks, as the tracer sees it."""
+    """An effect that the model before lacks, as the tracer sees it."""
 
     field: str
     """Its coefficient; zero where the effect is off."""

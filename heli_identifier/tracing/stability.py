@@ -1,7 +1,7 @@
 """How far a selection depends on the logs that it was made from: logs left out, and halves of them.
 
 All of it is linear algebra on the quadratic forms of whole logs around the last fit. A possible effect enters the
-delivered plant if it makes logs likelier that the fit has not seen (leave one log out). Disjoint halves of whole logs
+corrected plant if it makes logs likelier that the fit has not seen (leave one log out). Disjoint halves of whole logs
 measure how far names depend on the choice of the logs. A parametric bootstrap, with the corrected plant as the truth,
 says how often the halves would agree if sampling alone made the difference.
 """

@@ -89,7 +89,7 @@ class FoundEffect:
     axis: str
     """Pitch, elevation, travel or rotors; an effect on several axes has one entry an axis."""
     coefficient: Estimate | None
-    """Of the delivered plant; None for an unknown torque."""
+    """Of the corrected plant; None for an unknown torque."""
     verdict: Verdict
     """`shown`, `ambiguous` or `unknown effect` of what is established; `possible` of what is not."""
     family: str
@@ -142,7 +142,7 @@ class CatalogueVerdict:
     verdict: Verdict
     """`shown`, `ambiguous`, `possible`, `not shown` or `not testable`."""
     estimate: Estimate
-    """Coefficient beside all effects of the corrected model."""
+    """Coefficient beside all effects of the corrected plant."""
     score: Number
     """Gain of log-likelihood by it, or loss without it [nats]."""
     visibility: Number
