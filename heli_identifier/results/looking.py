@@ -42,7 +42,7 @@ class Look(Tabular):
             (axis, f"{to_digits(counts, 2)} counts", GAIN_OF[axis], *gain_cells(self.gains.get(GAIN_OF[axis])))
             for axis, counts in self.movement_counts.items()
         ]
-        columns = ("axis", "moves by", "gain", "likelihood", "references alone", "it is")
+        columns = ("axis", "moves by", "gain", "likelihood", "references alone", "determination")
         open_gains = {n: r for n, r in self.gains.items() if r.determination is not tracing.Determination.OUTSIDE}
         reasons = [f"{name}: {report.determination}; {report.why}" for name, report in open_gains.items()]
         named = [f"{describe_effect(e)}: {e.verdict}, {e.score:.0f} nats" for e in self.effects]

@@ -141,7 +141,7 @@ def gain_table(diagnosis: Diagnosis) -> Table:
         name = GAIN_OF[axis]
         value, alone, rests = gain_cells(diagnosis.parameters.get(name), diagnosis.parameters_after[name])
         rows.append((axis, BY_FIELD[name].symbol, value, rests, alone, str(report.use)))
-    columns = ("axis", "gain", "value", "it is", "references alone", f"use over {words.horizon(diagnosis)}")
+    columns = ("axis", "gain", "value", "determination", "references alone", f"use over {words.horizon(diagnosis)}")
     title = f"Gains as slopes at {words.to_digits(diagnosis.settings['operating_point'])} V"
     remarks = (
         words.flight_sentence(diagnosis.closed_loop, diagnosis.references.split(" and ")),
@@ -170,11 +170,11 @@ def effect_table(diagnosis: Diagnosis) -> Table:
         in_plant = f"table.{effect.axis}.*" if isinstance(effect.shape, CurveShape) else "yes"
         coefficient = words.with_interval(effect.coefficient) if effect.coefficient else "–"
         cells = (words.effect_title(effect), effect.verdict, coefficient, words.to_digits(effect.score), gain)
-        rows.append((*cells, in_plant if effect.in_plant else "no", words.name_rivals(effect)))
-    columns = ("effect", "it is", "coefficient", "score [nats]", "left-out logs gain [nats]", "in the plant", "or")
+        rows.append((*cells, in_plant if effect.in_plant else "no", words.name_alternatives(effect)))
+    heads = ("effect", "verdict", "coefficient", "score [nats]", "left-out gain [nats]", "in the plant", "alternatives")
     title = "Effects that the model lacks" if diagnosis.effects else "Possible effects, no findings"
-    remarks = ["or: explains these logs about as well; the report says what to measure to decide"]
-    return Table(f"{title} (± 1.96 standard errors)", columns, rows, remarks if any(row[-1] for row in rows) else [])
+    remarks = ["alternatives explain these logs about as well; the report says what to measure to decide"]
+    return Table(f"{title} (± 1.96 standard errors)", heads, rows, remarks if any(row[-1] for row in rows) else [])
 
 
 def catalogue_table(diagnosis: Diagnosis) -> Table:

@@ -165,8 +165,8 @@ def verdict_line(diagnosis: DiagnosisFile) -> str:
         restriction = f"; {untested} of {len(diagnosis.catalogue)} effects could not be tested" if untested else ""
         return f"These logs do not refute the model{restriction}. {change}"
     first, *more = sure or diagnosis.effects
-    rival = f" or {effect_name(*first.alternatives[0])}" if first.alternatives else ""
-    named = f"{describe_effect(first)}{rival}{f', and {len(more)} more' if more else ''}"
+    other = f" or {effect_name(*first.alternatives[0])}" if first.alternatives else ""
+    named = f"{describe_effect(first)}{other}{f', and {len(more)} more' if more else ''}"
     return f"{'The model lacks' if sure else 'The logs speak for'} {named}. {change}"
 
 
@@ -198,7 +198,7 @@ def percent(share: float) -> str:
     return shown.replace("-", "−")
 
 
-def name_rivals(effect: tracing.FoundEffect) -> str:
+def name_alternatives(effect: tracing.FoundEffect) -> str:
     """Name the other effects that explain the logs about as well as one does; empty if there are none."""
     return join_words([effect_name(*other) for other in effect.alternatives], "or")
 

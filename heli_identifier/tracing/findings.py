@@ -78,7 +78,7 @@ def lag_score(fitted: Fit, C: Array) -> Score:
 def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float | None = None) -> FoundEffect:
     """State one effect of a selection; ``fitted`` is the corrected plant."""
     effect, units, p = finding.effect, fitted.likelihood.rig.units, fitted.parameters
-    rivals, in_plant = [rival for rival in finding.alternatives if rival.field not in fitted.fields], False
+    others, in_plant = [other for other in finding.alternatives if other.field not in fitted.fields], False
     coefficient = Estimate(finding.score.value, finding.score.standard_error, effect.unit)
     shapes = {name: Estimate(float(value), None, units[name]) for name, value in finding.score.shapes.items()}
     if effect.field in fitted.fields:
@@ -86,15 +86,15 @@ def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float |
         coefficient = estimates(fitted, C, [effect.field])[effect.field]
     verdict, experiment = Verdict.POSSIBLE, effect.experiment
     if finding.established:
-        verdict = Verdict.AMBIGUOUS if rivals else Verdict.SHOWN
-        experiment = effect.experiment if rivals else ""
-    if rivals and rivals[0].experiment != effect.experiment:
-        both = (f"For {one.name.replace('_', ' ')}: {one.experiment}" for one in (effect, rivals[0]))
+        verdict = Verdict.AMBIGUOUS if others else Verdict.SHOWN
+        experiment = effect.experiment if others else ""
+    if others and others[0].experiment != effect.experiment:
+        both = (f"For {one.name.replace('_', ' ')}: {one.experiment}" for one in (effect, others[0]))
         experiment = " ".join(("Measure what shows either alone.", *both))
     timing = 1e3 * (p.T_m + p.motor_lag_rotors + p.input_delay_rotors)
     return FoundEffect(
         effect.name, effect.axis, coefficient, verdict, effect.family,
-        tuple((other.name, other.axis) for other in rivals),
+        tuple((other.name, other.axis) for other in others),
         NamedShape({effect.shape_names.get(name, name): value for name, value in shapes.items()}),
         finding.stated_score, experiment, in_plant, left_out_gain,
         f"lag and delay of the rotors together: {timing:.0f} ms" if (effect.family,) == TIMING else "",
@@ -130,9 +130,9 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
     if given or at_limit or lag.score <= NAMED or abs(lag.value) < TIMED:
         return None
     form = selection.form.without([LAG_FIELD])
-    rivals = [e for e in form.effects.values() if e.field == DELAY or e.family.startswith("timing of")]
-    scores = form.scores(form.selected, among=[e.field for e in rivals])
-    alternatives = tuple(e for e in rivals if e.field in scores and scores[e.field].score > lag.score - KEPT)
+    others = [e for e in form.effects.values() if e.field == DELAY or e.family.startswith("timing of")]
+    scores = form.scores(form.selected, among=[e.field for e in others])
+    alternatives = tuple(e for e in others if e.field in scores and scores[e.field].score > lag.score - KEPT)
     if DELAY in effects and DELAY not in form.effects:  # these logs do not show one
         alternatives += (effects[DELAY],)
     return found_effect(Finding(effects[LAG_FIELD], lag, lag.score, alternatives), fitted, C)

@@ -91,7 +91,7 @@ class Identification:
             for effect in after.likelihood.rig.candidates if effect.field in set(after.fields) - chosen
         ]  # fmt: skip
         named = [
-            found_effect(self._with_rivals(finding), after, C, self.left_out_gains.get(finding.effect.field))
+            found_effect(self._with_late_angles(finding), after, C, self.left_out_gains.get(finding.effect.field))
             for finding in (*findings, *mechanics) if finding.effect.fault is None
         ]  # fmt: skip
         late = self.defects or after.likelihood.voltages_shifted
@@ -107,8 +107,8 @@ class Identification:
         """The verdict on every entry of the catalogue, those of the plant first."""
         return catalogue_verdicts(self.selection, *self.effects)
 
-    def _with_rivals(self, finding: Finding) -> Finding:
-        """Where a controller flew, name a late angle as a rival of a bending of the arm or of a delay of the rotors.
+    def _with_late_angles(self, finding: Finding) -> Finding:
+        """Where a controller flew, add a late angle to the alternatives of a bending arm or a delay of the rotors.
 
         The controller answers an angle before a late log shows it, so a law that reads the voltages predicts the log
         and the likelihood does not decide between the two. Prompt answers exclude a late angle where they are seen, but

@@ -243,10 +243,10 @@ def _prefer_simpler(form: Scores, selected: list[str], barred: set[str]) -> list
     scores = form.scores(selected, among=selected)
     for name in selected:
         effect = form.effects[name]
-        for rival in _alternatives(form, name, selected, scores[name]) if effect.shapes else []:
-            if rival.family == effect.family and len(rival.shapes) < len(effect.shapes):
+        for other in _alternatives(form, name, selected, scores[name]) if effect.shapes else []:
+            if other.family == effect.family and len(other.shapes) < len(effect.shapes):
                 barred.add(name)
-                return [rival.field if other == name else other for other in selected]
+                return [other.field if one == name else one for one in selected]
     return selected
 
 
@@ -261,7 +261,7 @@ def _weigh_effect(
     form: Scores, name: str, selected: Sequence[str], scores: dict[str, Score],
     lost: Callable[[Sequence[str]], float] | None = None, seen: Callable[[tuple[str, ...]], bool] | None = None,
 ) -> Finding:  # fmt: skip
-    """Weigh an effect of a set; with ``lost`` and ``seen`` also by a refit, along the smoothed motion, against rivals.
+    """Weigh an effect of a set; with ``lost`` and ``seen`` also by a refit, the smoothed motion, and its alternatives.
 
     ``lost`` returns the loss of a refit without some effects [nats], ``seen`` whether the smoothed motion shows them.
     """
@@ -293,9 +293,9 @@ def _alternatives(form: Scores, name: str, selected: Sequence[str], score: Score
     """Effects that score about as much in place of ``name``, whose score is given, and make it needless."""
     others = [other for other in selected if other != name]
     found = []
-    for rival, its in form.scores(others).items():
-        if rival in selected or its.score < score.score - KEPT:
+    for candidate, its in form.scores(others).items():
+        if candidate in selected or its.score < score.score - KEPT:
             continue
-        if form.scores([*others, rival], among=[name])[name].score < KEPT:
-            found.append(form.effects[rival])
+        if form.scores([*others, candidate], among=[name])[name].score < KEPT:
+            found.append(form.effects[candidate])
     return found
