@@ -156,7 +156,7 @@ FAULTS: tuple[Fault, ...] = (
             f"Fasten the coupling of the {axis}'s encoder; if it measures by a gyroscope or a camera, "
             "remove its drift.")
       for axis in ("pitch", "elevation")),
-    *(Fault("backlash", axis, f"the {axis}'s encoder has a play of {{size}}", "rad", 0.0, 0.06, 0.002, _undo_backlash,
+    *(Fault("backlash", axis, f"the {axis}'s encoder has {{size}} of backlash", "rad", 0.0, 0.06, 0.002, _undo_backlash,
             f"Turn the {axis} by hand to and fro: the encoder has to follow at once. Tighten its gear or coupling.")
       for axis in ANGLES),
     Fault("scale", "v_front", "v_front is 1 + {size} times what is logged, if the rotors pull alike", "1",
