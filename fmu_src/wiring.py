@@ -190,5 +190,5 @@ def whole_steps(duration: float, step: float) -> int:
         raise WiringError(f"{problem}, at most {MOST_STEPS:g} are run; take a shorter duration or a longer step")
     steps = round(duration / step)
     if abs(steps * step - duration) > 1e-6 * step:
-        raise WiringError(f"duration = {duration:g} s is no whole number of steps of {step:g} s")
+        raise WiringError(f"duration = {duration:g} s is no whole number of steps of {step:g} s; take a multiple")
     return steps

@@ -177,7 +177,7 @@ def read_parameters_by_unit(file: Path | None, units: Collection[str], refusal: 
         return {}
     parameters = read_parameters_and_warn(file)
     takers = PLANTS if parameters.unit == PLANTS[0] else (parameters.unit,)
-    refuse(not set(takers) & set(units), f"{file} holds parameters of the {parameters.unit}, {refusal}.")
+    refuse(not set(takers) & set(units), f"{file} holds parameters of the {parameters.unit}, {refusal}; name another.")
     return dict.fromkeys(takers, parameters)
 
 

@@ -123,7 +123,8 @@ class Port:
             self._socket.bind((host, number))
         except OSError as problem:
             self._socket.close()
-            raise ConfigurationError(f"{host}:{number} cannot be listened on: {problem.strerror}") from problem
+            reason = f"{problem.strerror}; name an address of this computer and a free port"
+            raise ConfigurationError(f"{host}:{number} cannot be listened on: {reason}") from problem
         self.address: tuple[str, int] = self._socket.getsockname()[:2]
 
     def fileno(self) -> int:

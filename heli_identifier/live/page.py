@@ -97,7 +97,8 @@ def serve_page(address: str, title: str) -> Iterator[tuple[str, Show]]:
     try:
         server = _Server(numeric, title)
     except OSError as error:
-        raise ConfigurationError(f"--serve {address} cannot be served: {error.strerror}.") from error
+        reason = f"{error.strerror}; name an address of this computer and a free port."
+        raise ConfigurationError(f"--serve {address} cannot be served: {reason}") from error
     Thread(target=server.serve_forever, kwargs={"poll_interval": 0.2}, daemon=True).start()
     host = f"[{server.host}]" if ":" in server.host else server.host
 

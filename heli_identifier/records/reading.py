@@ -132,7 +132,7 @@ def _crop(table: Table, column: Column, start: float | None, end: float | None) 
     if last == first or not from_s < to_s:  # one of them may be nan
         lasts = f"the log lasts from {finite.min():g} s to {finite.max():g} s"
         asked = (f"{name} = {end_s:g} s" for name, end_s in (("start", start), ("end", end)) if end_s is not None)
-        raise LogError(f"{table.file}: nothing is left with {' and '.join(asked)}; {lasts}.")
+        raise LogError(f"{table.file}: nothing is left with {' and '.join(asked)}; {lasts}: choose within it.")
     stretch = f"{time[first]:g} s to {time[last - 1]:g} s"
     return slice(first, last), [f"kept {stretch} of the file ({last - first} of {count} rows)"]
 

@@ -62,7 +62,7 @@ def read_document(path: str | PathLike[str], kind: type[File]) -> File:
     try:
         content = json.loads(data.decode("utf-8"))
     except (ValueError, RecursionError) as error:
-        raise ConfigurationError(f"{path} is no JSON: {error}.") from error
+        raise damage_error(path, f"it is no JSON: {error}") from error
     schema = content.get("schema") if isinstance(content, dict) else None
     (expected,) = get_args(get_type_hints(kind)["schema"])
     if schema != expected:
@@ -134,7 +134,7 @@ def write_whole_folder(target: str | os.PathLike[str], obsolete: Collection[str]
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise ConfigurationError(f"{folder} cannot be made: {error.strerror}; nothing was changed.") from error
+            raise ConfigurationError(f"{folder} cannot be made: {error.strerror}; name another folder.") from error
         _move_all(draft, folder, obsolete)
 
 

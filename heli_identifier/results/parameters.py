@@ -105,7 +105,7 @@ class ParameterSet(Tabular):
         """Refuse parameters of another unit, and a plant without some of the :data:`REQUIRED`: a ConfigurationError."""
         refuse(self.unit != unit, f"these are parameters of the {self.unit}, those of the {unit} are needed.")
         missing = ", ".join(name for name in REQUIRED if name not in self.values and unit == PLANT)
-        refuse(bool(missing), f"the plant's parameters lack {missing}; values of another rig are not taken for them.")
+        refuse(bool(missing), f"the plant's parameters lack {missing}; state them, as other rigs have other values.")
 
     def axes_for(self, *uses: Use) -> tuple[str, ...]:
         """Return the axes that have one of these uses."""
@@ -147,7 +147,7 @@ class ParameterSet(Tabular):
                 error = expected.ahead_200ms_rad or 0.0
             if expected.use is not Use.NOTHING:
                 limits[axis] = factor * error
-        refuse(not limits, "the diagnosis calls no axis of these parameters usable: nothing is held to it.")
+        refuse(not limits, "the diagnosis calls no axis of these parameters usable; diagnosis.json says why.")
         return limits
 
     @property

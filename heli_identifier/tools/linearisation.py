@@ -137,7 +137,7 @@ def operating_point(parameters: PlantParameters, pitch: float | None = 0.0, elev
             f"the travel has no rest at elevation {elevation:g} rad with the pitch within {LARGEST_LEAN:g} rad; choose "
             "a higher elevation, where the rotors lift, or control the pitch."
             if pitch is None
-            else f"the plant has no equilibrium at pitch {pitch:g} rad, elevation {elevation:g} rad."
+            else f"the plant has no equilibrium at pitch {pitch:g} rad, elevation {elevation:g} rad; choose another."
         )
     voltage = max(abs(balanced.v_front), abs(balanced.v_rear))
     need = f"pitch {balanced.pitch:.3g} rad and elevation {elevation:g} rad need {voltage:.3g} V"
