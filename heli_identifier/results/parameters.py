@@ -13,13 +13,12 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heli_identifier import tracing
 from heli_identifier.errors import ConfigurationError, refuse, require_positive
 from heli_identifier.files import write_atomically
 from heli_identifier.online import GAINS, Estimate, ModelParameters
-from heli_identifier.records import Log
+from heli_identifier.records import Array, Log
 from heli_identifier.results.diagnosis import Diagnosis, ErrorFigure, Use
 from heli_identifier.results.documents import damage_error, document_text, read_document
 from heli_identifier.results.tables import Table, Tabular
@@ -59,7 +58,7 @@ class Covariance:
     operating_point_v: float
     """Voltage [V]. A gain counts with the logarithm of its slope there, which hardly depends on how the thrust bends;
     the elevation's offset counts with what it is beyond the lift by the thrust there."""
-    matrix: NDArray[np.float64]
+    matrix: Array
     """Shape (n, n): in the squares and products of the parameters' units, of a logarithm 1."""
     not_determined: tuple[str, ...] = ()
     """Those of them that the logs do not determine: the matrix has what is plausible for any rig of this kind."""

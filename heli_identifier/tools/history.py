@@ -19,18 +19,15 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from heli_identifier import online
 from heli_identifier.online import Estimate, IdentifierOutput, IdentifierState, ModelParameters, Plan
-from heli_identifier.records import Log
+from heli_identifier.records import Array, Log
 from heli_identifier.results import Axes, figure, label_with_unit
 from heli_identifier.tools import meta_analysis
 from heli_identifier.tracing import plausible_range
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
-
-Array = NDArray[np.float64]
 
 NAMES = ModelParameters._fields
 """The paper's symbols of the estimated parameters; fields of :class:`heli_plant.parameters.PlantParameters`."""

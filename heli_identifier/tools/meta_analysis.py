@@ -22,9 +22,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.stats import chi2, norm, t
+
+from heli_identifier.records import Array
 
 LEVEL = 0.95  # probability of all intervals
 
@@ -33,7 +34,6 @@ LARGEST_LIKE_SPREAD = 0.5
 the sign of the mean."""
 
 HOMOGENEOUS = 0.05  # least probability by Cochran's test of rigs whose coefficients are alike
-Values = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -89,14 +89,14 @@ def pool_estimates(values: Sequence[float], standard_errors: Sequence[float]) ->
     )
 
 
-def weighted_mean(y: Values, s: Values, tau: float) -> tuple[float, float, float]:
+def weighted_mean(y: Array, s: Array, tau: float) -> tuple[float, float, float]:
     """Return m, Q(tau) and sum w_i of estimates (k,)."""
     w = 1.0 / (s**2 + tau**2)
     m = float(w @ y / w.sum())
     return m, float(w @ (y - m) ** 2), float(w.sum())
 
 
-def solve_spread(y: Values, s: Values, q: float) -> float:
+def solve_spread(y: Array, s: Array, q: float) -> float:
     """Solve Q(tau) = q for tau; 0 if Q(0) is at most q."""
     if weighted_mean(y, s, 0.0)[1] <= q:
         return 0.0

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from heli_identifier.chain import (
@@ -32,7 +31,7 @@ from .likelihood import Likelihood
 from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, refuse_unlimited, sign_notes
 from .pushes import find_pushes
 from .references import References, find_references
-from .rig import Effect, average_blocks
+from .rig import Array, Effect, average_blocks
 from .select import Finding, Selection, fit_delivered, select
 from .settings import KEPT, ROUNDS, SETTLING, TIMED, TIMED_OUTSIDE, UNKNOWN, DiagnosisSettings
 from .stability import covariance_of_logs, halves_agree, leave_logs_out, weigh_possible
@@ -65,7 +64,7 @@ class Identification:
     """Axes that a controller is seen to answer at once: their angles are not late."""
     plant: Fit
     """The corrected plant."""
-    covariance: NDArray[np.float64]
+    covariance: Array
     """Of the plant's coordinates, shape (P, P)."""
     left_out_gains: Mapping[str, float]
     """How much likelier logs that were left out of the fit become with each effect that is possible and not established

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from heli_identifier.chain import Fault, is_counted, passages_left_out
+from heli_identifier.records import Array as Array
 from heli_identifier.records import Event, Log
 
 from .settings import (
@@ -33,7 +34,6 @@ from .settings import (
     UNKNOWN,
 )
 
-Array = NDArray[np.float64]
 Parameters = Any
 """Parameter set of the plant: a value with one float a field and ``_replace``."""
 

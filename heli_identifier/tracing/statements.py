@@ -6,12 +6,9 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 import msgspec
-import numpy as np
-from numpy.typing import NDArray
 
 from heli_identifier.online import Estimate
-
-Array = NDArray[np.float64]
+from heli_identifier.records import Array as Array
 
 if TYPE_CHECKING:
     Number = float
