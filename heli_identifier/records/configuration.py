@@ -144,6 +144,7 @@ class ControllerConfiguration:
     air: tuple[float, float, float] = bounded((0.1, 0.03, 0.01), "rad/s^2", 1e-6, 10.0)
     """Standard deviation of the air's torque on pitch, elevation, travel [rad/s^2]."""
     encoder_noise: float = bounded(6e-4, "rad", 1e-7, 0.1)
+    """Standard deviation of the encoders' noise [rad]."""
     weights: Weights = Weights()
     pid: PidSettings | None = None
     """The PID that flies the rig; None if it is unknown."""

@@ -26,7 +26,7 @@ def errors_ahead(
     """Predict ``logs`` with ``parameters`` alone; give log, axis and error [rad], log by log.
 
     ``figure`` is one of :data:`.prediction.HORIZONS`. If it starts from the filter's state, it is larger than that of a
-    fit, which knows the air. Samples within the events of the logs do not count.
+    fit, which knows the air. Samples within the events of the logs do not count. LogError if a log is too short.
     """
     rig, errors = helicopter(logs), list[tuple[str, str, ErrorFigure]]()
     for log in logs:
@@ -123,7 +123,7 @@ def check(logs: LogSource | Sequence[LogSource], parameters: ParameterSource, fa
     not usable is not judged.
 
     ConfigurationError if the parameters are not those of a plant, come with no error on held-out logs, or have no
-    usable axis; or if the factor is not positive.
+    usable axis, or if the factor is not positive; LogError if no log is given, or one cannot be read or is too short.
     """
     expected = parameter_set(parameters)
     used = read_logs(logs)

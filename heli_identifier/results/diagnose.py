@@ -53,8 +53,8 @@ def diagnose(
     errors are computed on them. ``settings`` say what is given of the rig; by default the configuration that all
     training logs were read with says it. ``progress`` is called with what is being done and the share that is done.
 
-    LogError if nothing is excited, an axis stands still in a log, some training logs are mirror images of the others,
-    no log is held out, a held-out log shares a flight with another one, or a log is too short.
+    LogError as :func:`heli_identifier.tracing.identify_plant` raises it; and if no log is held out, a held-out log
+    shares a flight with another one, or a log is too short.
     """
     start = perf_counter()
     training = read_logs(logs)

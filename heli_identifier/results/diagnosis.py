@@ -219,9 +219,8 @@ class Diagnosis(DiagnosisFile):
     """The complete result of a diagnosis: the content of its file, the plants, and the data of the figures."""
 
     plant_before: Any
-    """The complete parameter sets."""
     plant_after: Any
-    """The complete parameter sets."""
+    """plant_before, plant_after: The complete parameter sets, :class:`heli_plant.parameters.PlantParameters`."""
     covariance: Array
     """Shape (n, n), of the parameters that ``covariance_fields`` names. A gain is the slope at the operating point; a_1
     is the offset less the lift there."""

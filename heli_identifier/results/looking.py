@@ -67,7 +67,7 @@ def look(logs: LogSource | Sequence[LogSource]) -> Look:
 
     The gains come from one likelihood of the innovations at the logs' rate, with a torque of the air that is estimated,
     and are judged by instruments made of what moved the rig from outside. The rig's configuration is that of the logs.
-    LogError if nothing is excited, or an axis stands still in a log.
+    LogError as :func:`heli_identifier.tracing.identify_plant` raises it.
     """
     used = read_logs(logs)
     identified = tracing.identify_plant(used, tracing.DiagnosisSettings.from_rig(common_configuration(used)))

@@ -189,13 +189,13 @@ class Run:
         return smooth_motion(self.record.angles, self.record.step, SMOOTHING)[self.at]
 
     def measured(self, seconds: float) -> Array:
-        """Return the angles (S, a) [rad] so long after the starts; not a number if the passage ends before."""
+        """Return the measured angles (S, a) [rad] some ``seconds`` after the starts; NaN if the passage ends before."""
         n, unknown = round(seconds / self.record.step), np.full(len(self.offset), np.nan)
         later = [self.record.angles[k + n] if k + n < last else unknown for k, last, _ in self.starts]
         return np.array(later).reshape(-1, len(unknown))
 
     def errors(self) -> dict[str, Array]:
-        """Return the errors (S, a) [rad] of the figures; not a number if the passage ends before."""
+        """Return the errors (S, a) [rad] of every figure by its name; NaN if the passage ends before."""
         K, rig = self.gains.copy(), self.model.rig
         K[:, [0, 1, 2, 3, 8]] = 0.0  # no innovation corrects the state; the air and the encoder's error decay
         states = [state for _, _, state in self.starts]
@@ -218,7 +218,7 @@ class Run:
         return errors
 
     def fly_again(self, seconds: float, answer: Answer | None = None) -> tuple[list[int], Array]:
-        """Let plant and controller fly stretches from the measured motion; first samples, errors (S, n, a) [rad].
+        """Fly stretches of some ``seconds`` from the measured motion; return first samples and errors (S, n, a) [rad].
 
         The simulated voltages are the measured ones plus the controller's ``answer`` to delta, the simulated less the
         measured angles. What came from outside stays in the voltages, and feedback cannot flatter the plant.

@@ -136,11 +136,11 @@ def identify_plant(
     Raises
     ------
     LogError
-        Nothing is excited, an axis stands still in a log, some logs are mirror images of the others, or voltages are
-        those ahead of the amplifiers' limit.
+        Nothing is excited, an axis stands still in a log, two angles are equal, an angle is wrapped, in a wrong unit or
+        of a wrong scale, some logs are mirror images of the others, or voltages are those ahead of the amplifiers.
     """
-    count = 1 if isinstance(logs, Log) else len(logs)
-    used = read_logs((*((logs,) if isinstance(logs, Log) else logs), *held_out))
+    training = (logs,) if isinstance(logs, Log) else tuple(logs)
+    used, count = read_logs((*training, *held_out)), len(training)
     check_excitation(used[:count])
     check_moving(used)
     given, tell = settings or DiagnosisSettings(), progress or (lambda what, share: None)

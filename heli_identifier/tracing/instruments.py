@@ -287,7 +287,7 @@ def _predict(signals: Array, bank: Array, others: Sequence[Array], banks: Sequen
 
 
 def number_blocks(kept: Rows) -> tuple[Array, ...]:
-    """Return each sample the number of its block of 4 s; -1 at the start, where left out, and shortly after that."""
+    """Return the number of the 4 s block of each sample; -1 at the start, where left out, and shortly after that."""
     numbers, first, length = [], 0, round(BLOCK * SEEN_AT)
     for keep in kept:
         number = first + np.arange(len(keep)) // length

@@ -48,6 +48,7 @@ class Score:
     shapes: Mapping[str, float]
     """The shapes of its law with the highest score."""
     column: int
+    """Its place in :attr:`Scores.coordinates`."""
 
 
 def columns_of(effect: Effect, fitted: Fit) -> list[Coordinate]:

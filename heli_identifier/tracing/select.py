@@ -29,7 +29,7 @@ class Finding:
     score: Score
     """Of the effect alone: the loss without it, beside all others."""
     family_score: float
-    """Of the strongest of a family, which takes its name: the loss without all members [nats]; 0 of the others."""
+    """Loss without its whole family [nats] if it is the strongest member, which names the family; 0 otherwise."""
     alternatives: tuple[Effect, ...]
     """Effects that would explain the data about as well in its place."""
     refit_score: float | None = None

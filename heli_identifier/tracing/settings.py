@@ -77,12 +77,12 @@ LARGEST_STEP = 1.5
 """Largest step of a coordinate in widths of its prior: the quadratic form is trusted no farther."""
 
 CONVERGED, ROUGHLY = 0.01, 0.5
-"""Fall of the objective [nats] below which a fit has converged, a seventh of a standard error; and its beginning,
-and one of which the value alone is asked for."""
+"""Fall of F [nats] in a step below which a fit has converged (a seventh of a standard error); and below which the
+beginning of a fit has, and a fit of which the value of F alone is wanted."""
 
 ITERATIONS, ROUNDS = 30, 8
-"""Most Gauss-Newton steps of a fit; halvings of one step, and steps of the per-log parameters of a held-out log: twice
-what was ever needed."""
+"""Most Gauss-Newton steps of a fit; most halvings of one step, steps of a held-out log's own parameters, and turns in
+which instruments find the motors' lag. Twice what was ever needed."""
 
 AIRS = ((0.0, 0.0, 0.0, 0.0, 0.0), (0.0, 0.5, -2.2, FARTHEST, 0.0))
 """Coordinates of the air from which a first fit begins: calm air, and air that swirls without torque at rest. Every
@@ -105,8 +105,8 @@ COARSE = 60.0
 # --- the helicopter (helicopter.py) ---
 
 TIMED = 0.5 * RECORD_STEP
-"""No log times its channels better than to half a sample [s]. A lag of the motors that lies less off what was given is
-no finding, and none is shorter; a channel that is less late is on time."""
+"""Half a sample [s], as no log times its channels better. A motors' lag that differs by less from the given one is no
+finding, no lag is shorter, and a channel that is late by less is on time."""
 
 GAIN_WIDTH = log(2.0)
 """Width of the prior of the logarithm of a gain or of a scale: a factor of two is usual."""
@@ -153,14 +153,14 @@ that does not shake imitate with up to 20."""
 # --- what moved the rig from outside (references.py) ---
 
 ADDED_R2 = 0.01
-"""R2 that past outputs may add to the past of a reference itself: feedback in disguise adds .1 to 1. And the R2 that
-the angles' innovations add for the voltages where a controller flies."""
+"""R2 that past outputs may add to a reference's own past: feedback in disguise adds .1 to 1. And the R2 above which the
+angles' innovations explain the voltages, so that a controller flies."""
 
 OUTSIDE_SHARE = 0.2
-"""Least share of the outside in a channel: below it a small error of the gains is a large one of r."""
+"""Least share of a channel's variance that comes from outside; below it small errors of gains are large ones of r."""
 
 EXACT = 0.0001
-"""Innovation over the voltages' steps, without the largest tenth, below which a law is exact."""
+"""Mean innovation, without the largest tenth, over the voltages' mean step, below which a law is exact."""
 
 # --- what a parameter rests on (findings.py) ---
 
@@ -173,8 +173,8 @@ CONFIRMED = 0.05
 that rest on the noise model are wrong in quiet flights in air that swirls, 2 of 70 in an Ornstein-Uhlenbeck torque."""
 
 MATTERS = 0.1
-"""Share of a gain below which instruments contradict nothing: in air that swirls theirs of the travel come out 6 % low,
-and .8 dB matter to no controller."""
+"""Relative difference of two gains up to which instruments contradict nothing: in air that swirls, their gain of the
+travel comes out 6 % low, and .8 dB matters to no controller."""
 
 
 @dataclass(frozen=True, kw_only=True)
