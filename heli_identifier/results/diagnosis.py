@@ -174,8 +174,8 @@ class DiagnosisFile:
     """What is established, strongest evidence first. The corrected plant has all of it, except torques that are
     periodic in time."""
     possible: tuple[FoundEffect, ...]
-    """What the likelihood favours without establishing it; these are not findings. The plant has those that make
-    training logs likelier that are left out one at a time, and terms of rigid-body mechanics."""
+    """What the likelihood favours without establishing it; these are not findings. The plant has those
+    whose `left_out_gain` is above zero, and terms of rigid-body mechanics."""
     catalogue: tuple[CatalogueVerdict, ...]
     """The verdict on every entry; these logs cannot decide about one that is `not testable`."""
     parameters_before: Mapping[str, Estimate]
