@@ -16,7 +16,7 @@ from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_time
 from heli_identifier.tracing.select import fit_delivered
-from heli_identifier.tracing.settings import SEEN, UNKNOWN
+from heli_identifier.tracing.settings import SMOOTH_NATS, UNKNOWN
 from heli_identifier.tracing.stability import covariance_of_logs, halves_agree, leave_logs_out, left_out_gain
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2
@@ -55,7 +55,7 @@ def test_the_smoothed_motion_shows_a_friction_only_if_there_is_one(friction):
     null = fit(likelihood, likelihood.rig.base)
     imitated, true = (Scores(null, likelihood.rig.candidates, smoothed).scores([])["breakaway_friction_pitch"].score
                       for smoothed in (False, True))  # fmt: skip
-    assert imitated > SEEN and (true > SEEN) == (friction > 0.0)
+    assert imitated > SMOOTH_NATS and (true > SMOOTH_NATS) == (friction > 0.0)
 
 
 @pytest.mark.parametrize("index", [1, 3])

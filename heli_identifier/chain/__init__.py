@@ -20,4 +20,4 @@ from .events import (
     undo_slips,
 )
 from .faults import FAULTS, Fault, undo_faults
-from .inspection import BENDING, TIMING, Defect, inspect_logs
+from .inspection import ARM_BENDING, ROTOR_TIMING, Defect, inspect_logs

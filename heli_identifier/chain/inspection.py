@@ -57,11 +57,11 @@ OPPOSED = 0.5
 FEWEST_LEVELS = 8
 """Least number of values of a voltage whose steps can be those of its digits: a square wave has fewer."""
 
-TIMING, BENDING = ("lag or delay of the rotors",), ("arm bending of the elevation",)
+ROTOR_TIMING, ARM_BENDING = ("lag or delay of the rotors",), ("arm bending of the elevation",)
 THRUST = ("curve of the thrust", "thrust fade of the rotors", "thrust tilt of the elevation", "torque on the travel")
-ANSWERED = ("speed stability of the pitch", "thrust lost by airspeed")
-"""Families of effects that look like errors of the voltages or of an angle's timing; and (ANSWERED) like a controller's
-answer to the rates that was clipped."""
+BY_VOLTAGES, BY_RATES = ROTOR_TIMING + THRUST + ARM_BENDING, ("speed stability of the pitch", "thrust lost by airspeed")
+"""Families of effects that look like errors of the voltages or of an angle's timing (all of them: BY_VOLTAGES); and
+(BY_RATES) like a controller's answer to the rates that was clipped."""
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def inspect_logs(logs: Sequence[Log], counts: Sequence[int], voltage_limit: floa
                 f"the {axis} has no steps of an encoder, other angles have: a filter or a resampling delays and bends "
                 f"it, or a drift was added; log what the encoder of the {axis} reads"
             )
-            defects.append(Defect("filtered", axis, words, BENDING + TIMING))
+            defects.append(Defect("filtered", axis, words, ARM_BENDING + ROTOR_TIMING))
     estimates = [estimate_jitter(log.angles, log.step) for log in logs]
     sure = [jitter for jitter, error in estimates if jitter > max(LEAST_JITTER, CERTAIN * error)]
     if len(sure) > len(logs) // 2:
@@ -109,14 +109,14 @@ def inspect_logs(logs: Sequence[Log], counts: Sequence[int], voltage_limit: floa
     if len(roundings) > len(logs):
         defects.append(Defect(
             "rounded", "voltages", f"the voltages come in steps of {np.median(roundings):.2g} V: log them with three "
-            "decimals. Timing and curve of the thrust cannot be told on these logs", TIMING + THRUST + BENDING,
+            "decimals. Timing and curve of the thrust cannot be told on these logs", BY_VOLTAGES,
         ))  # fmt: skip
     if tops := [top for log in logs if (top := _clipping_level(log, voltage_limit))]:
         defects.append(Defect(
             "clipped", "voltages", f"the voltages of {len(tops)} of {len(logs)} logs stay at {np.median(tops):.2f} V, "
             f"below the limit of {voltage_limit:g} V: they were clipped on their way to the log, or that is the limit "
             "of the rig (voltage_limit of heli.toml). Curves of the thrust and torques by the rates cannot be told",
-            TIMING + THRUST + BENDING + ANSWERED,
+            BY_VOLTAGES + BY_RATES,
         ))  # fmt: skip
     return tuple(defects)
 

@@ -11,7 +11,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from heli_identifier.chain import TIMING, Defect
+from heli_identifier.chain import ROTOR_TIMING, Defect
 from heli_identifier.online import CONTRADICTION, Estimate
 
 from .fit import Fit, covariance
@@ -20,7 +20,7 @@ from .instruments import InstrumentEstimates
 from .rig import Array, Effect, Parameters
 from .score import Score
 from .select import Finding, Selection
-from .settings import CONFIRMED, DETERMINED, KEPT, MATTERS, NAMED, OUTLIER, TIMED
+from .settings import CONFIRMED, DETERMINED, KEPT, MATTERS, OUTLIER, SHOWN, TIMED
 from .statements import (
     CatalogueVerdict,
     CurveShape,
@@ -97,7 +97,7 @@ def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float |
         tuple((other.name, other.axis) for other in others),
         NamedShape({effect.shape_names.get(name, name): value for name, value in shapes.items()}),
         finding.stated_score, experiment, in_plant, left_out_gain,
-        f"lag and delay of the rotors together: {timing:.0f} ms" if (effect.family,) == TIMING else "",
+        f"lag and delay of the rotors together: {timing:.0f} ms" if (effect.family,) == ROTOR_TIMING else "",
     )  # fmt: skip
 
 
@@ -127,7 +127,7 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
     at_limit = fitted.at_bound[fitted.fields.index(LAG_FIELD)]
     lag, effects = lag_score(fitted, C), {effect.field: effect for effect in fitted.likelihood.rig.effects}
     given = LAG_FIELD not in effects  # by the configuration: it is part of the model before
-    if given or at_limit or lag.score <= NAMED or abs(lag.value) < TIMED:
+    if given or at_limit or lag.score <= SHOWN or abs(lag.value) < TIMED:
         return None
     form = selection.form.without([LAG_FIELD])
     others = [e for e in form.effects.values() if e.field == DELAY or e.family.startswith("timing of")]
@@ -165,7 +165,7 @@ def _verdict(effect: Effect, score_of: Score | None, stated: FoundEffect | None)
         score, why = stated.score, f"score {stated.score:.1f} nats"
     elif score > effect.shown_from:
         why = f"{score:.1f} nats by the quadratic form, but a fit with it is hardly likelier than one without"
-    elif 0.5 * (largest / max(error, 1e-300)) ** 2 < NAMED:
+    elif 0.5 * (largest / max(error, 1e-300)) ** 2 < SHOWN:
         verdict, experiment = Verdict.NOT_TESTABLE, effect.experiment
         little = f"{left:.2g} % of its signature is left beside the fitted parameters"
         because = "these logs hardly excite it" if left > 50.0 else little

@@ -25,9 +25,9 @@ from .sensitivity import Quadratic, linearise
 from .settings import (
     AIR_SCAN,
     AIRS,
-    COARSE,
     CONVERGED,
     FARTHEST,
+    FIRST_FLIGHT,
     ITERATIONS,
     LARGEST_STEP,
     PER_LOG_PRIOR,
@@ -113,7 +113,7 @@ class Fit:
     def air(self) -> Array:
         """Return level [rad/s^2], c, f [1/s], psi [rad] and k [1/s] of every axis, shape (5, a).
 
-        The level is the standard deviation of the part that lasts for 1/:data:`.settings.SEEN_AT`: a shorter torque
+        The level is the standard deviation of the part that lasts for 1/:data:`.settings.SLOW_RATE`: a shorter torque
         does not move a bench.
         """
         air, record = self.likelihood.rig.air(self.point.z), self.likelihood.records[0]
@@ -179,8 +179,8 @@ def fit(
         first = rig.assign(rig.parameters, {c.field: c.value(v) for c, v in zip(coordinates, within, strict=True)})
         airs = (np.repeat(np.array(air)[:, None], len(rig.axes), axis=1) for air in AIRS)
         ends = np.cumsum([record.time[-1] for record in likelihood.records])
-        first_logs = likelihood.records[: 1 + int(np.searchsorted(ends, COARSE))]
-        few = replace(likelihood, records=tuple(record.beginning(COARSE) for record in first_logs))
+        first_logs = likelihood.records[: 1 + int(np.searchsorted(ends, FIRST_FLIGHT))]
+        few = replace(likelihood, records=tuple(record.beginning(FIRST_FLIGHT) for record in first_logs))
         if (likelihood.counts & ~few.counts).any():  # an axis rests at first
             few = likelihood
         start = _join_airs([_descend(few, fields, [few.neutral_point(first, z)], ROUGHLY, False) for z in airs])

@@ -11,9 +11,9 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from heli_identifier.chain import (
-    BENDING,
+    ARM_BENDING,
     FAULTS,
-    TIMING,
+    ROTOR_TIMING,
     Defect,
     find_slips,
     inspect_logs,
@@ -113,7 +113,7 @@ class Identification:
         and the likelihood does not decide between the two. Prompt answers exclude a late angle where they are seen, but
         an encoder with backlash reads late in any case.
         """
-        axes = {BENDING: ("elevation",), TIMING: ("pitch", "elevation")}.get((finding.effect.family,), ())
+        axes = {ARM_BENDING: ("elevation",), ROTOR_TIMING: ("pitch", "elevation")}.get((finding.effect.family,), ())
         if not axes or not self.references.closed_loop or not finding.established:
             return finding
         undone = self.selection.fit.likelihood.faults
@@ -255,7 +255,7 @@ def _imitated_by_answers(selection: Selection, logs: Sequence[Log], references: 
     needs :data:`.settings.UNKNOWN` nats, and references have to time the rotors. The weakest goes first, because two
     of them may hide each other.
     """
-    timed = [f for f in selection.findings if f.effect.fault is None and (f.effect.family,) in (BENDING, TIMING)]
+    timed = [f for f in selection.findings if (f.effect.family,) in (ARM_BENDING, ROTOR_TIMING)]
     if not timed or not references.closed_loop:
         return []
     shown = _axes_timed(selection.fit, logs, references)

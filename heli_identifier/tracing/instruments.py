@@ -46,7 +46,7 @@ from scipy.special import chdtri, fdtrc, stdtrit
 from heli_identifier.errors import LogError
 
 from .rig import Array
-from .settings import BLOCK, SEEN_AT, SETTLING
+from .settings import BLOCK, SETTLING, SLOW_RATE
 
 Rows = Sequence[NDArray[Any]]
 
@@ -138,8 +138,8 @@ def instruments(
     which rests or is held.
     """
     for index, rate in enumerate(rates):
-        if rate < SEEN_AT * (1.0 - 1e-6):
-            raise LogError(f"log {index + 1}: its rate {rate:g} Hz must be at least {SEEN_AT:g} Hz for instruments.")
+        if rate < SLOW_RATE * (1.0 - 1e-6):
+            raise LogError(f"log {index + 1}: its rate {rate:g} Hz must be at least {SLOW_RATE:g} Hz for instruments.")
 
     def reduce_all(every: Iterable[Array]) -> list[Array]:
         return [reduce_rate(signal, rate) for signal, rate in zip(every, rates, strict=True)]
@@ -222,7 +222,7 @@ def _alone(x: Array, k: int) -> float:
 def reduce_rate(signal: Array, rate: float) -> Array:
     """Bring a signal (N,) or (N, n) to 25 Hz, shape (M, n), behind a zero-phase filter against aliasing."""
     signal = np.reshape(signal, (len(signal), -1))
-    ratio = Fraction(SEEN_AT / rate).limit_denominator(400)
+    ratio = Fraction(SLOW_RATE / rate).limit_denominator(400)
     if ratio == 1:
         return np.asarray(signal, dtype=float)
     return resample_poly(signal, ratio.numerator, ratio.denominator, axis=0, padtype="line")
@@ -241,7 +241,7 @@ def _differentiator(order: int) -> tuple[Array, Array]:
     At 25 Hz itself the transform's p^2 would be 12 % too large at the corner, and so would every gain.
     """
     numerator, denominator = butter(3, 20.0, analog=True)
-    return bilinear(np.r_[numerator, np.zeros(order)], denominator, 8 * SEEN_AT)
+    return bilinear(np.r_[numerator, np.zeros(order)], denominator, 8 * SLOW_RATE)
 
 
 def filter_terms(terms: Sequence[Term], signals: Array) -> Array:
@@ -252,8 +252,8 @@ def filter_terms(terms: Sequence[Term], signals: Array) -> Array:
 def laguerre_outputs(references: Array) -> Array:
     """Laguerre outputs of every reference, shape (N, 8 m): sqrt(2 a)/(p + a) ((p - a)/(p + a))^i."""
     a = 3.0
-    outputs = [lfilter(*bilinear([np.sqrt(2.0 * a)], [1.0, a], SEEN_AT), references - references[:1], axis=0)]
-    through = bilinear([1.0, -a], [1.0, a], SEEN_AT)
+    outputs = [lfilter(*bilinear([np.sqrt(2.0 * a)], [1.0, a], SLOW_RATE), references - references[:1], axis=0)]
+    through = bilinear([1.0, -a], [1.0, a], SLOW_RATE)
     for _ in range(7):
         outputs.append(lfilter(*through, outputs[-1], axis=0))
     return np.hstack(outputs)
@@ -262,7 +262,7 @@ def laguerre_outputs(references: Array) -> Array:
 def predict_signals(signals: Sequence[Array], banks: Sequence[Array]) -> tuple[Array, ...]:
     """s_hat of every log by the K of the others; of a single log's halves by the K of the other half."""
     if len(signals) == 1:
-        n, gap = len(signals[0]) // 2, round(BLOCK * SEEN_AT / 2.0)
+        n, gap = len(signals[0]) // 2, round(BLOCK * SLOW_RATE / 2.0)
         ends = [(slice(0, n), slice(n + gap, None)), (slice(n, None), slice(0, max(n - gap, 0)))]
         halves = [_predict(signals[0][near], banks[0][near], [signals[0][far]], [banks[0][far]]) for near, far in ends]
         return (np.vstack(halves),)
@@ -288,11 +288,11 @@ def _predict(signals: Array, bank: Array, others: Sequence[Array], banks: Sequen
 
 def number_blocks(kept: Rows) -> tuple[Array, ...]:
     """Return the number of the 4 s block of each sample; -1 at the start, where left out, and shortly after that."""
-    numbers, first, length = [], 0, round(BLOCK * SEEN_AT)
+    numbers, first, length = [], 0, round(BLOCK * SLOW_RATE)
     for keep in kept:
         number = first + np.arange(len(keep)) // length
         left_out = np.convolve(~keep, np.ones(AR_ORDER + 12), "full")[: len(keep)] > 0
-        left_out[: round(SETTLING * SEEN_AT)] = left_out[-AR_ORDER:] = True  # filters start at rest; resampling
+        left_out[: round(SETTLING * SLOW_RATE)] = left_out[-AR_ORDER:] = True  # filters start at rest; resampling
         first = int(number[-1]) + 1
         numbers.append(np.where(left_out, -1, number))
     return tuple(numbers)

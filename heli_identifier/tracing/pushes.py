@@ -32,12 +32,12 @@ from .fit import Fit, fit, fit_per_log
 from .likelihood import undo_in_record
 from .noise import error_dynamics, match_steps, start_memory
 from .rig import Array, Record, records_of
-from .settings import SEEN_AT, SETTLING, UNKNOWN
+from .settings import SETTLING, SLOW_RATE, UNKNOWN
 
-LAG = round(MARGIN * SEEN_AT)
-WIDTHS = range(LAG, int(SETTLING * SEEN_AT) + 1)
-"""Widths of the pulses, in periods of :data:`.settings.SEEN_AT`. Huber's loss bounds the harm of shorter ones, and the
-filter takes longer ones for air. For a time LAG a step of the voltages acts through the motors."""
+LAG = round(MARGIN * SLOW_RATE)
+WIDTHS = range(LAG, int(SETTLING * SLOW_RATE) + 1)
+"""Widths of the pulses, in periods of :data:`.settings.SLOW_RATE`. Huber's loss bounds the harm of shorter ones, and
+the filter takes longer ones for air. For a time LAG a step of the voltages acts through the motors."""
 
 
 def find_pushes(fitted: Fit, logs: Sequence[Log]) -> tuple[Event, ...]:

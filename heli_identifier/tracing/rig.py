@@ -26,11 +26,11 @@ from .settings import (
     CATALOGUE_WIDTHS,
     DIFFERENCE,
     FARTHEST,
-    NAMED,
     RECORD_STEP,
     REFITTED,
-    SEEN_AT,
     SETTLING,
+    SHOWN,
+    SLOW_RATE,
     UNKNOWN,
 )
 
@@ -152,7 +152,7 @@ class Effect:
         """Score from which it is shown [nats]."""
         if self.steps_in_time:
             return UNKNOWN  # drifting air looks like a step at some instant
-        return REFITTED if self.certain else NAMED
+        return REFITTED if self.certain else SHOWN
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -193,7 +193,7 @@ class Record:
     @property
     def held(self) -> int:
         """Samples over which sensitivities to torques are held."""
-        return max(1, round(1.0 / (SEEN_AT * self.step)))
+        return max(1, round(1.0 / (SLOW_RATE * self.step)))
 
     @property
     def block(self) -> int:

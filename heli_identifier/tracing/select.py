@@ -3,7 +3,7 @@
 An effect enters the model at a score of :data:`.settings.KEPT` nats, the largest first, and leaves it below; when the
 set no longer changes, the model is refitted and the catalogue is scored again around that fit, until the set does not
 change there either. An effect that has left does not enter again. If the data do not tell laws of one family apart, the
-one with the fewest shapes is taken. An effect with a score of :data:`.settings.NAMED` is established if a refit without
+one with the fewest shapes is taken. An effect with a score of :data:`.settings.SHOWN` is established if a refit without
 it loses as much: the quadratic form of a law with corners, such as a dead zone, predicts five times the loss of the
 refit. Effects of one family are one finding, and its score is the loss of the likelihood without all its members.
 """
@@ -18,7 +18,7 @@ from .fit import Fit, fit
 from .likelihood import Point
 from .rig import Effect
 from .score import Score, Scores
-from .settings import CATALOGUE_WIDTHS, KEPT, REFITTED, ROUGHLY, SEEN, TIMED, UNKNOWN
+from .settings import CATALOGUE_WIDTHS, KEPT, REFITTED, ROUGHLY, SMOOTH_NATS, TIMED, UNKNOWN
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +211,7 @@ def _weigh_effects(form: Scores, null: Fit) -> Iterator[Finding]:
             return True
         smooth = Scores(plain(rest), [form.effects[name] for name in selected], smoothed=True)
         gain = (smooth.fall(selected) - smooth.fall(rest)) / smooth.dispersion
-        return gain - max(smooth.penalty[name] for name in gone) > SEEN
+        return gain - max(smooth.penalty[name] for name in gone) > SMOOTH_NATS
 
     scores = form.scores(selected)
     for name in sorted(selected, key=lambda name: scores[name].score):

@@ -2,7 +2,7 @@ r"""The quadratic form of the criterion: derivatives of the innovations, and the
 
 An additional acceleration a_k of an axis along the filter's motion changes its innovations through the error dynamics
 of the filter, which are linear. No torque of a bench changes much within 40 ms, so these derivatives are computed at
-:data:`.settings.SEEN_AT` and held over a block of samples. They are those at the beginning of the block: a later one
+:data:`.settings.SLOW_RATE` and held over a block of samples. They are those at the beginning of the block: a later one
 would depend on the controller's answer to the innovations that it is multiplied by, which biases the gradient. The
 derivatives by the air's parameters are finite differences of the filter at the record's rate. A fault of an encoder
 passes the same linear filter as the reading, and so does the bending of the arm. A fault of the voltages acts within

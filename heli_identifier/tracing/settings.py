@@ -60,7 +60,7 @@ lost."""
 
 # --- sensitivities (sensitivity.py) ---
 
-SEEN_AT = 25.0
+SLOW_RATE = 25.0
 """Rate [Hz] of sensitivities to torques, of the search for unknown torques and of the instruments: ten times the
 fastest motion of a bench. Innovations keep the rate of the records."""
 
@@ -99,7 +99,7 @@ smoothness; and a rougher air whose encoder's error is white, since a fine encod
 slowly. Gauss-Newton alone stays in local optima of the air on two thirds of the rigs in calm air, and on all with
 encoders of 16 bits and more."""
 
-COARSE = 60.0
+FIRST_FLIGHT = 60.0
 """Length of flight [s] that the beginnings of a first fit look at: the air is the same in all logs."""
 
 # --- the helicopter (helicopter.py) ---
@@ -122,20 +122,20 @@ WINDOW, MOTION_WINDOW = 0.6, 0.2
 # --- names (score.py, select.py) ---
 
 KEPT = 3.0
-"""Score [nats] at which an effect enters the model and below which it leaves: worth having, not established. Scores
+"""Score [nats] at which an effect enters the model and below which it leaves: worth having, not shown. Scores
 that differ by less do not decide between two effects: the odds are below 20 to 1."""
 
-NAMED = 8.0
-"""Score [nats] that establishes an effect, a standard score of 4: chance reaches it on one of 30 000 entries, so on one
-in 500 rigs over the whole catalogue."""
+SHOWN = 8.0
+"""Score [nats] from which an effect is shown, a standard score of 4: chance reaches it on one of 30 000 entries, so on
+one in 500 rigs over the whole catalogue."""
 
 REFITTED = 6.0
-"""Score [nats] that an established effect needs in a refit as well, and that establishes an effect that every rig has,
-where only the size is open: chance reaches it on one of 3 500 entries, so on one in 100 rigs."""
+"""Score [nats] that an effect needs in a refit as well to be shown, and from which one is shown that every rig has, as
+only its size is open: chance reaches it on one of 3 500 entries, so on one in 100 rigs."""
 
-SEEN = 2.0
-"""Nats along the smoothed motion below which a law is not seen there: along the true motion chance exceeds them on one
-of twenty entries. Smoothing hides a part of a friction, .01 of .03 rad/s^2, so weak ones are missed."""
+SMOOTH_NATS = 2.0
+"""Gain [nats] along the smoothed motion below which a law does not act there: along the true motion chance exceeds it
+on one of twenty entries. Smoothing hides a part of a friction, .01 of .03 rad/s^2, so weak ones are missed."""
 
 TIMED_OUTSIDE = 0.04
 """Half-width [s] of the interval of the motors' lag by references below which they can show a delay or a bending: half
