@@ -54,14 +54,14 @@ def test_two_effects_that_look_alike_are_separated_with_larger_errors():
 
 
 def expected(*errors):
-    """An outlook whose effects have these standard errors if both are in question."""
-    sights = tuple(experiment.Sight("", "", 0.1, error, "1") for error in errors)
-    return experiment.Outlook("", sights, 0.9, 0.5, 0.3)
+    """A result whose effects have these standard errors if both are in question."""
+    estimates = tuple(experiment.ExpectedEstimate("", "", 0.1, error, "1") for error in errors)
+    return experiment.ExpectedResult("", estimates, 0.9, 0.5, 0.3)
 
 
 def ranked(*outlooks):
     proposals = [Proposal(str(number)) for number in range(len(outlooks))]
-    return [*experiment.rank_outlooks(dict(zip(proposals, outlooks, strict=True))).values()]
+    return [*experiment.rank_results(dict(zip(proposals, outlooks, strict=True))).values()]
 
 
 def test_an_experiment_beyond_the_limits_is_not_proposed_in_open_or_closed_loop_and_voltages_keep_theirs():

@@ -88,8 +88,8 @@ class Proposal(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Sight:
-    """What an experiment shows of one effect.
+class ExpectedEstimate:
+    """The expected estimate of one effect's coefficient.
 
     ``visibility`` is the share of its signature that the fitted parameters cannot imitate. The standard error of its
     coefficient is that for a model with all effects in question.
@@ -103,14 +103,14 @@ class Sight:
 
 
 @dataclass(frozen=True)
-class Outlook:
+class ExpectedResult:
     """The expected result of one experiment, with the keys of its JSON.
 
     ``correlation`` is that of the two signatures, each with the shape that shows most; 0 for a single effect.
     """
 
     experiment: str
-    effects: tuple[Sight, ...]
+    effects: tuple[ExpectedEstimate, ...]
     correlation: float
     largest_pitch_rad: float
     largest_elevation_rad: float
@@ -162,7 +162,7 @@ def multisines(base: float, rms: tuple[float, float], bands: Sequence[str], limi
 
 def fly_proposal(
     proposal: Proposal, parameters: PlantParameters, effects: Sequence[Effect], duration: float, limits: Limits
-) -> Outlook | None:
+) -> ExpectedResult | None:
     """Simulate one proposal from the equilibrium under its first voltages; None if it breaks a limit."""
     signal, fields = proposal.voltages(duration), [effect.field for effect in effects]
     start = np.array(rest_state(parameters, float(signal[0].sum())), dtype=float)
@@ -184,35 +184,35 @@ def fly_proposal(
     scores = scorer.scores((), among=fields)
     G = scorer.signatures([scores[field].column for field in fields], ())
     rho = abs(float(G[0, 1] / np.sqrt(G[0, 0] * G[1, 1]))) if len(fields) > 1 else 0.0
-    separation, sights = float(np.sqrt(max(1.0 - rho**2, 1e-12))), []
+    separation, estimates = float(np.sqrt(max(1.0 - rho**2, 1e-12))), []
     for effect in effects:
         score = scores[effect.field]
         error = score.standard_error / separation if score.visibility > 0.0 else np.inf
-        sights.append(Sight(effect.name, effect.axis, score.visibility, error, effect.unit))
-    return Outlook(proposal.name, tuple(sights), rho, *largest)
+        estimates.append(ExpectedEstimate(effect.name, effect.axis, score.visibility, error, effect.unit))
+    return ExpectedResult(proposal.name, tuple(estimates), rho, *largest)
 
 
 def rank_proposals(
     parameters: PlantParameters, effects: Sequence[Effect], duration: float, limits: Limits, progress: tracing.Progress
-) -> dict[Proposal, Outlook]:
+) -> dict[Proposal, ExpectedResult]:
     """Simulate all proposals for one or two effects over a ``duration`` [s]; return those within limits, best first."""
-    proposals, outlooks = list(list_proposals(limits.voltage, parameters)), dict[Proposal, Outlook]()
+    proposals, expected = list(list_proposals(limits.voltage, parameters)), dict[Proposal, ExpectedResult]()
     for count, proposal in enumerate(proposals):
         progress(f"simulating {count + 1} of {len(proposals)}", count / len(proposals))
-        if outlook := fly_proposal(proposal, parameters, effects, duration, limits):
-            outlooks[proposal] = outlook
-    return rank_outlooks(outlooks)
+        if result := fly_proposal(proposal, parameters, effects, duration, limits):
+            expected[proposal] = result
+    return rank_results(expected)
 
 
-def rank_outlooks(outlooks: Mapping[Proposal, Outlook]) -> dict[Proposal, Outlook]:
-    """Sort by the larger of the effects' standard errors, each relative to the smallest of any outlook."""
-    if not outlooks:
+def rank_results(expected: Mapping[Proposal, ExpectedResult]) -> dict[Proposal, ExpectedResult]:
+    """Sort by the larger of the effects' standard errors, each relative to the smallest of any result."""
+    if not expected:
         return {}
-    # an effect that no outlook shows has no influence
-    errors = np.array([[sight.standard_error for sight in one.effects] for one in outlooks.values()])
+    # an effect that no result shows has no influence
+    errors = np.array([[estimate.standard_error for estimate in one.effects] for one in expected.values()])
     shown = errors[:, np.isfinite(errors).any(axis=0)]
     order = np.argsort((shown / shown.min(axis=0)).max(axis=1, initial=1.0), kind="stable")
-    pairs = [*outlooks.items()]
+    pairs = [*expected.items()]
     return dict(pairs[i] for i in order)
 
 
@@ -222,17 +222,17 @@ def write_voltages(proposal: Proposal, duration: float, path: Path) -> None:
     write_atomically(path, "".join(("time [s],v_front [V],v_rear [V]\n", *rows)))
 
 
-def experiment_table(outlooks: Sequence[Outlook]) -> Table:
+def experiment_table(expected: Sequence[ExpectedResult]) -> Table:
     """Return visibilities, standard errors, correlation and largest angles, with notes that explain them."""
-    effects = outlooks[0].effects
+    effects = expected[0].effects
     columns, one_name = list[str](), len({x.name for x in effects}) < len(effects)
     for x in effects:
         columns += [f"visibility of {x.name}{f', {x.axis}' * one_name}", f"its error [{x.unit}]"]
     rows = []
-    for outlook in outlooks:
-        sights = [(f"{100.0 * x.visibility:.0f} %", f"{x.standard_error:.2g}") for x in outlook.effects]
-        angles = (f"{angle:.2f} rad" for angle in (outlook.largest_pitch_rad, outlook.largest_elevation_rad))
-        rows.append((outlook.experiment, *chain(*sights), f"{outlook.correlation:.2f}", *angles))
+    for result in expected:
+        estimates = [(f"{100.0 * x.visibility:.0f} %", f"{x.standard_error:.2g}") for x in result.effects]
+        angles = (f"{angle:.2f} rad" for angle in (result.largest_pitch_rad, result.largest_elevation_rad))
+        rows.append((result.experiment, *chain(*estimates), f"{result.correlation:.2f}", *angles))
     heads = ("experiment", *columns, "correlation", "pitch to", "elevation to")
     notes = [
         "error: standard error of the coefficient that the experiment would leave; the table is sorted by it",

@@ -31,7 +31,7 @@ VOLTAGES = (0.1, 0.2, 0.4)  # root-mean-square values of the multisines [V], on 
 
 
 @dataclass(frozen=True)
-class FlightOutlook:
+class ExpectedFlight:
     """The expected result of one flight: standard error over value of :data:`JUDGED`, and largest deviations [rad]."""
 
     added: str
@@ -76,7 +76,7 @@ def fly_addition(addition: Proposal, plant: PlantParameters, pid: PidSettings, h
 
 def flight_outlooks(
     plant: PlantParameters, pid: PidSettings, hover: float, duration: float, limits: Limits, progress: Progress
-) -> list[FlightOutlook]:
+) -> list[ExpectedFlight]:
     """Simulate all additions for a ``duration`` [s] at the elevation ``hover`` [rad]; return those within the limits.
 
     They are sorted by their largest relative error. The limit of the elevation is that of its deviation from ``hover``.
@@ -88,24 +88,24 @@ def flight_outlooks(
         voltage_limit=pid.voltage_limit,
         report_interval=0.5,
     )
-    additions, outlooks = list(list_additions()), []
+    additions, flights = list(list_additions()), []
     for number, addition in enumerate(additions):
         progress(f"flying: {addition.name}", number / len(additions))
         log = fly_addition(addition, plant, pid, hover, duration)
         if largest := limits.largest_motion(log.angles, hover):
             last = identify_log(log, settings).last
             errors = {name: (last[name].standard_error or 0.0) / max(abs(last[name].value), 1e-9) for name in JUDGED}
-            outlooks.append(FlightOutlook(addition.name, errors, *largest))
-    return sorted(outlooks, key=lambda outlook: max(outlook.relative_errors.values()))
+            flights.append(ExpectedFlight(addition.name, errors, *largest))
+    return sorted(flights, key=lambda flight: max(flight.relative_errors.values()))
 
 
-def flight_table(outlooks: list[FlightOutlook]) -> Table:
+def flight_table(flights: list[ExpectedFlight]) -> Table:
     """Return a table of relative errors and deviations."""
     rows = []
-    for outlook in outlooks:
-        errors = (f"{100.0 * error:.2g} %" if error <= 1.0 else "–" for error in outlook.relative_errors.values())
-        angles = (f"{angle:.2f} rad" for angle in (outlook.largest_pitch_rad, outlook.largest_elevation_rad))
-        rows.append((outlook.added, *errors, *angles))
+    for flight in flights:
+        errors = (f"{100.0 * error:.2g} %" if error <= 1.0 else "–" for error in flight.relative_errors.values())
+        angles = (f"{angle:.2f} rad" for angle in (flight.largest_pitch_rad, flight.largest_elevation_rad))
+        rows.append((flight.added, *errors, *angles))
     columns = ("added to the flight", *JUDGED, "pitch to", "elevation by")
     note = "up to 5 % a parameter is determined: half of its 95 % interval is a tenth of its value"
     return Table("Standard errors of what the loop hides, best first", columns, rows, [note])

@@ -123,7 +123,7 @@ def history_figure(histories: Sequence[EstimateHistory], together: Mapping[str, 
 # --- all logs together ------------------------------------------------------------------------------------------------
 
 
-class Together(NamedTuple):
+class CombinedEstimates(NamedTuple):
     """Estimates from several logs together by symbol, with the motors' lag ``T_m``.
 
     ``notes`` are about logs that disagree; ``noise`` holds the noise models of pitch, elevation and travel.
@@ -134,7 +134,7 @@ class Together(NamedTuple):
     noise: tuple[online.Noise, ...]
 
 
-def combine_histories(histories: Sequence[EstimateHistory]) -> Together:
+def combine_histories(histories: Sequence[EstimateHistory]) -> CombinedEstimates:
     """Combine prediction errors of logs that started with the same prior; their sampling periods may differ."""
     plan, last = histories[-1].plan, histories[-1].state
     axes, notes = [], list[str]()
@@ -151,7 +151,7 @@ def combine_histories(histories: Sequence[EstimateHistory]) -> Together:
     estimates = estimates_of(online.output_of(state, plan), plan)
     outputs = [online.output_of(history.state, history.plan) for history in histories]
     notes += _describe_contradictions(estimates, outputs)
-    return Together(estimates, tuple(notes), tuple(online.noise_of(axis.estimate) for axis in state.axes))
+    return CombinedEstimates(estimates, tuple(notes), tuple(online.noise_of(axis.estimate) for axis in state.axes))
 
 
 def _combine_axis(states: Sequence[IdentifierState], axis: int, plan: Plan) -> tuple[Array, Array, float]:
