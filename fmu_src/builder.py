@@ -66,7 +66,7 @@ def check_start_values(unit: type[SlaveBase], parameters: Mapping[str, Value], w
         if problem := problem_with(variable, value):
             raise BuildError(problem)
         if isinstance(value, str) and not value.isprintable():
-            raise BuildError(f"{variable.name} = {value!r} holds a character that is no text in XML")
+            raise BuildError(f"{variable.name} = {value!r} holds a character that is no text in XML; take it out")
         values[name] = TYPES[variable.type](value)
     return values
 

@@ -91,7 +91,7 @@ class Scenario:
             self.check_unit(name)
             if not Path(file).is_file():
                 problem = "is no file" if Path(file).exists() else "is missing"  # a folder or a pipe
-                raise BuildError(f"the FMU of {name} {problem}: {file}")
+                raise BuildError(f"the FMU of {name} {problem}: {file}; correct its path, or give none to build it")
         if dict(self.units).keys() - fmus.keys():
             from .builder import build  # not needed if all FMUs are given
         return {

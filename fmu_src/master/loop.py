@@ -180,7 +180,7 @@ class Wired:
         for name in inputs:
             wiring.check_unit(name.partition(".")[0])
             if name in wires:
-                raise WiringError(f"inputs: {name} is connected to {wires[name]} in scenario {wiring.name}")
+                raise WiringError(f"inputs: {name} is connected to {wires[name]} in {wiring.name}; take a free input")
         read = all_outputs.keys() if record is None else {*record, *source_names}
         self.names = tuple(name for name in all_outputs if name in read)
         self.physical_units = tuple(all_outputs[name].unit or "1" for name in self.names)

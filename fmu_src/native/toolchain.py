@@ -87,7 +87,8 @@ def compile_library(sources: Mapping[str, str], target: Platform, library: str) 
         arguments += ["-o", library, *(name for name in sources if name.endswith(".c")), "-lm"]
         result = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)
         if result.returncode != 0:
-            raise BuildError(f"{command[0]} cannot compile {library}: {result.stderr.strip()[-1000:]}")
+            reason = result.stderr.strip()[-1000:]
+            raise BuildError(f"{command[0]} cannot compile {library}; build without native, or report this: {reason}")
         return Path(folder, library).read_bytes()
 
 
