@@ -35,7 +35,7 @@ from heli_identifier.tracing.identification import Identification, Progress, ide
 from heli_identifier.tracing.instruments import InstrumentEstimates
 from heli_identifier.tracing.outlying_logs import outlying_log_notes
 from heli_identifier.tracing.rig import Array, Parameters, Record
-from heli_identifier.tracing.settings import MATTERS, OUTLIER, REFITTED, SETTLING, SHOWN, DiagnosisSettings
+from heli_identifier.tracing.settings import ESTABLISHED, MATTERS, OUTLIER, REFITTED, SETTLING, DiagnosisSettings
 from heli_identifier.tracing.statements import Determination, FoundEffect, Verdict
 
 
@@ -117,7 +117,7 @@ def diagnose(
             for log in logs
         ),
         settings=asdict(settings)
-        | {"score_needed": SHOWN, "score_needed_certain": REFITTED, "operating_point": rig.operating_point},
+        | {"score_needed": ESTABLISHED, "score_needed_certain": REFITTED, "operating_point": rig.operating_point},
         notes=(
             *data_notes,
             *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),

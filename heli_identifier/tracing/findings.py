@@ -20,7 +20,7 @@ from .instruments import InstrumentEstimates
 from .rig import Array, Effect, Parameters
 from .score import Score
 from .select import Finding, Selection
-from .settings import CONFIRMED, DETERMINED, KEPT, MATTERS, OUTLIER, SHOWN, TIMED
+from .settings import CONFIRMED, DETERMINED, ESTABLISHED, KEPT, MATTERS, OUTLIER, TIMED
 from .statements import (
     CatalogueVerdict,
     CurveShape,
@@ -127,7 +127,7 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
     at_limit = fitted.at_bound[fitted.fields.index(LAG_FIELD)]
     lag, effects = lag_score(fitted, C), {effect.field: effect for effect in fitted.likelihood.rig.effects}
     given = LAG_FIELD not in effects  # by the configuration: it is part of the model before
-    if given or at_limit or lag.score <= SHOWN or abs(lag.value) < TIMED:
+    if given or at_limit or lag.score <= ESTABLISHED or abs(lag.value) < TIMED:
         return None
     form = selection.form.without([LAG_FIELD])
     others = [e for e in form.effects.values() if e.field == DELAY or e.family.startswith("timing of")]
@@ -165,7 +165,7 @@ def _verdict(effect: Effect, score_of: Score | None, stated: FoundEffect | None)
         score, why = stated.score, f"score {stated.score:.1f} nats"
     elif score > effect.shown_from:
         why = f"{score:.1f} nats by the quadratic form, but a fit with it is hardly likelier than one without"
-    elif 0.5 * (largest / max(error, 1e-300)) ** 2 < SHOWN:
+    elif 0.5 * (largest / max(error, 1e-300)) ** 2 < ESTABLISHED:
         verdict, experiment = Verdict.NOT_TESTABLE, effect.experiment
         little = f"{left:.2g} % of its signature is left beside the fitted parameters"
         because = "these logs hardly excite it" if left > 50.0 else little

@@ -25,11 +25,11 @@ from .settings import (
     BLOCK,
     CATALOGUE_WIDTHS,
     DIFFERENCE,
+    ESTABLISHED,
     FARTHEST,
     RECORD_STEP,
     REFITTED,
     SETTLING,
-    SHOWN,
     SLOW_RATE,
     UNKNOWN,
 )
@@ -152,7 +152,7 @@ class Effect:
         """Score from which it is shown [nats]."""
         if self.steps_in_time:
             return UNKNOWN  # drifting air looks like a step at some instant
-        return REFITTED if self.certain else SHOWN
+        return REFITTED if self.certain else ESTABLISHED
 
     @property
     def parameters(self) -> tuple[str, ...]:

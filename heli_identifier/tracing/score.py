@@ -30,7 +30,7 @@ from .fit import Fit, bounded_step
 from .noise import LOWEST, error_dynamics, match_steps
 from .rig import Array, Coordinate, Effect
 from .sensitivity import linearise
-from .settings import FARTHEST, KEPT, SETTLING, SHOWN
+from .settings import ESTABLISHED, FARTHEST, KEPT, SETTLING
 
 
 @dataclass(frozen=True)
@@ -202,7 +202,7 @@ class Scores:
 
     def entry_score(self, name: str) -> float:
         """Score at which an effect enters the model [nats]; a fault enters only where it is established."""
-        return SHOWN if self.effects[name].fault else KEPT
+        return ESTABLISHED if self.effects[name].fault else KEPT
 
     def model_columns(self, selected: Collection[str]) -> list[int]:
         """Columns of a model: the nuisance, the selected effects, and their shapes where these were fitted."""

@@ -122,12 +122,12 @@ WINDOW, MOTION_WINDOW = 0.6, 0.2
 # --- names (score.py, select.py) ---
 
 KEPT = 3.0
-"""Score [nats] at which an effect enters the model and below which it leaves: worth having, not shown. Scores
+"""Score [nats] at which an effect enters the model and below which it leaves: worth having, no more. Scores
 that differ by less do not decide between two effects: the odds are below 20 to 1."""
 
-SHOWN = 8.0
-"""Score [nats] from which an effect is shown, a standard score of 4: chance reaches it on one of 30 000 entries, so on
-one in 500 rigs over the whole catalogue."""
+ESTABLISHED = 8.0
+"""Score [nats] from which an effect is established (`shown`, or `ambiguous`), a standard score of 4: chance reaches it
+on one of 30 000 entries, so on one in 500 rigs over the whole catalogue."""
 
 REFITTED = 6.0
 """Score [nats] that an effect needs in a refit as well to be shown, and from which one is shown that every rig has, as

@@ -31,7 +31,7 @@ from .motion import Tables
 from .rig import Array, Coordinate, Effect, means
 from .select import Selection, select
 from .sensitivity import linearise
-from .settings import FORCE, PER_LOG, SHOWN, UNKNOWN
+from .settings import ESTABLISHED, FORCE, PER_LOG, UNKNOWN
 from .stability import left_out_gain
 from .statements import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
 
@@ -199,7 +199,7 @@ def _helps_others(after: Selection, u: Unknown) -> bool:
     for log in range(count):
         others = form.all_but(log)
         fall = others.fall(form.selected) - others.without(table).fall(form.selected)
-        if replace(u, nats=fall / after.form.dispersion).score < SHOWN:
+        if replace(u, nats=fall / after.form.dispersion).score < ESTABLISHED:
             return False
     return left_out_gain(form, form.selected, table=table) > 0.0
 
