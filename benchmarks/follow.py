@@ -35,7 +35,7 @@ from scipy.signal import dlsim, lfilter
 
 from benchmarks.harness import Bar, Row, Words, bar_table, count, run_jobs, table
 from heli_identifier import following
-from heli_identifier.following import Event, FollowSettings, Sample
+from heli_identifier.following import FollowSettings, Sample, TwinEvent
 from heli_identifier.live import Clock, Datagram
 from heli_plant.effects import AXES
 from heli_plant.observer import FIELDS
@@ -197,7 +197,7 @@ def flight(half: int, seed: int, kind: str) -> list[Row]:
 
 def follow_record(
     rows: Array, fresh: Array, plan: following.FollowPlan, begin: float = 0.0, end: float = 1e9
-) -> tuple[Array, list[Event], list[tuple[Event, PlantParameters]]]:
+) -> tuple[Array, list[TwinEvent], list[tuple[TwinEvent, PlantParameters]]]:
     """Follow a record, for errors from ``begin`` to ``end`` [s].
 
     Returns errors 1 s ahead (M, 7): time, errors of the twin, errors of the twin that is left alone; events; adoptions
@@ -209,7 +209,7 @@ def follow_record(
     memory = memory._replace(state=memory.state._replace(cable_rest=float(rows[0, 4])))
     state = state._replace(observer=state.observer._replace(memory=memory))
     errors: list[tuple[float, ...]] = []
-    events, adoptions = list[Event](), list[tuple[Event, PlantParameters]]()
+    events, adoptions = list[TwinEvent](), list[tuple[TwinEvent, PlantParameters]]()
     for k in range(first + 1, last):
         before, sample = state.twin, Sample(*(*rows[k].tolist(), float(fresh[k])))
         state, new_events = following.correct(state, sample, plan)

@@ -13,7 +13,7 @@ import numpy as np
 from benchmarks.harness import Row
 from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.records import Log
-from heli_identifier.tools import Rig
+from heli_identifier.tools import RigLogs
 from heli_identifier.tracing import Likelihood, Scores, fit, helicopter
 from heli_plant.parameters import PlantParameters
 from tests.blind.damage import DAMAGES
@@ -53,7 +53,7 @@ def windy_plant(rig: WindyRig) -> PlantParameters:
 
 
 @dataclass(frozen=True)
-class TrueRig(Rig):
+class TrueRig(RigLogs):
     """A rig with its true parameters and coefficients, which the diagnosis does not get."""
 
     truth: Mapping[str, float | None] = field(default_factory=dict)

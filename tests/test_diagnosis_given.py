@@ -14,7 +14,7 @@ from heli_identifier.online import Estimate
 from heli_identifier.records import RigConfiguration, demo_files, read_log
 from heli_identifier.results import diagnose
 from heli_identifier.results.diagnose import base_estimates
-from heli_identifier.tools import Rig, diagnose_source
+from heli_identifier.tools import RigLogs, diagnose_source
 from heli_identifier.tracing import Determination, DiagnosisSettings, identify_plant, sign_notes
 from heli_identifier.tracing.fit import covariance, fit
 from heli_plant.parameters import TABLE_2
@@ -79,7 +79,7 @@ def test_settings_that_cannot_be_are_refused_at_once():
 
 def test_a_campaign_keeps_the_rest_pitch_of_each_rig(logs):
     given = RigConfiguration(rest_pitch=WRONG)
-    rig = Rig((replace(logs[0], configuration=given),), (logs[1],))
+    rig = RigLogs((replace(logs[0], configuration=given),), (logs[1],))
     row = diagnose_source(SimpleNamespace(rig="given", load=lambda: rig))
     assert (row["parameters_after"]["theta0"]["value"], row["parameters_after"]["theta0"]["standard_error"]) == (
         WRONG,

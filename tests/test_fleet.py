@@ -11,7 +11,7 @@ from statsmodels.stats.meta_analysis import combine_effects
 
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_files
-from heli_identifier.tools import Finding, combine_rigs, fleet_html, fleet_sentence, rig_folders
+from heli_identifier.tools import FleetVerdict, combine_rigs, fleet_html, fleet_sentence, rig_folders
 from heli_identifier.tools.fleet_page import effect_table
 from heli_identifier.tools.meta_analysis import pool_estimates
 from heli_identifier.tracing import Verdict
@@ -104,22 +104,22 @@ def own(value, named=True, untestable=False):
 
 @pytest.mark.parametrize("rigs, finding, said", [
     # 2.9 standard errors on each rig: below any threshold of one, 5.8 together; the heading has what a rig names
-    ([own(c, False) for c in (0.029, 0.031, 0.028, 0.029)], Finding.REPEATS, "no effect repeats"),
+    ([own(c, False) for c in (0.029, 0.031, 0.028, 0.029)], FleetVerdict.REPEATS, "no effect repeats"),
     # friction that drives is implausible
-    ([own(c, False) for c in (-0.029, -0.031, -0.028, -0.029)], Finding.NOT_SHOWN, "no effect repeats"),
+    ([own(c, False) for c in (-0.029, -0.031, -0.028, -0.029)], FleetVerdict.NOT_SHOWN, "no effect repeats"),
     # a mean of 2.9 standard errors, of which one in seven clean fleets has one among its entries
-    ([own(c, False) for c in (0.015, 0.014, 0.015, 0.014)], Finding.NOT_SHOWN, "no effect repeats"),
-    ([own(0.5), *(own(c, False) for c in (0.005, -0.004, 0.0))], Finding.OWN, "no effect repeats"),
-    ([own(0.20), own(0.21), own(0.19)], Finding.REPEATS, f"{TITLE} repeats with a like coefficient"),
+    ([own(c, False) for c in (0.015, 0.014, 0.015, 0.014)], FleetVerdict.NOT_SHOWN, "no effect repeats"),
+    ([own(0.5), *(own(c, False) for c in (0.005, -0.004, 0.0))], FleetVerdict.OWN, "no effect repeats"),
+    ([own(0.20), own(0.21), own(0.19)], FleetVerdict.REPEATS, f"{TITLE} repeats with a like coefficient"),
     # five and six standard errors; the mean's interval, of one degree of freedom, holds zero
-    ([own(0.05), own(0.06)], Finding.REPEATS, f"{TITLE} repeats with a like coefficient"),
+    ([own(0.05), own(0.06)], FleetVerdict.REPEATS, f"{TITLE} repeats with a like coefficient"),
     # a spread of .03 is below half of the mean, but the errors of .01 do not allow one value
-    ([own(0.20), own(0.26), own(0.17)], Finding.DIFFERS, f"{TITLE} differs from rig to rig"),
+    ([own(0.20), own(0.26), own(0.17)], FleetVerdict.DIFFERS, f"{TITLE} differs from rig to rig"),
     # the interval of the mean spans zero
-    ([own(0.5), own(-0.4), own(0.1)], Finding.DIFFERS, "no effect repeats"),
+    ([own(0.5), own(-0.4), own(0.1)], FleetVerdict.DIFFERS, "no effect repeats"),
     # 2.8 standard errors together: p = .004, times the number of entries far above .005
-    ([own(0.021), own(0.019)], Finding.UNCONFIRMED, "no effect repeats"),
-    ([own(0.2), own(0.0, False, untestable=True)], Finding.OPEN, "no effect repeats"),
+    ([own(0.021), own(0.019)], FleetVerdict.UNCONFIRMED, "no effect repeats"),
+    ([own(0.2), own(0.0, False, untestable=True)], FleetVerdict.OPEN, "no effect repeats"),
 ])  # fmt: skip
 def test_a_fleet_finds_what_repeats_what_differs_and_what_is_one_rigs_own(rigs, finding, said):
     fleet, effects = over(*rigs)
@@ -131,21 +131,21 @@ def test_a_fleet_finds_what_repeats_what_differs_and_what_is_one_rigs_own(rigs, 
 def test_a_rig_that_cannot_test_an_effect_or_has_it_as_mechanics_expects_is_left_out():
     _, effects = over(own(0.2), own(0.2), own(9.0, False, untestable=True))
     found = effects[FRICTION]
-    assert (found.finding, found.pooled.rigs, found.named) == (Finding.REPEATS, 2, ("rig 1", "rig 2"))
+    assert (found.finding, found.pooled.rigs, found.named) == (FleetVerdict.REPEATS, 2, ("rig 1", "rig 2"))
     assert found.rigs[2].left_out.startswith("not testable: ")
     fleet, effects = over(*[own(0.0, False, untestable=True)] * 2)
-    assert effects[FRICTION].finding == Finding.NOT_TESTABLE
+    assert effects[FRICTION].finding == FleetVerdict.NOT_TESTABLE
     fleet, effects = over(*[rig({DEAD: 2.0}, [DEAD])] * 2)  # 2 V is the end of what is plausible
     assert "stands at the end" in fleet_html(fleet)
-    assert effects[DEAD].finding == Finding.UNCONFIRMED and "stands at the end" in effects[DEAD].rigs[0].left_out
+    assert effects[DEAD].finding == FleetVerdict.UNCONFIRMED and "stands at the end" in effects[DEAD].rigs[0].left_out
     assert "not testable" in {cells[1] for cells in effect_table(fleet.effects).rows}
     # what a plant has as mechanics expects it is near 1 by its prior, whatever the logs say
     gravity = ("large_angle_gravity", "elevation")
     pattern = replace(found_effects()[0], name=gravity[0], axis=gravity[1], verdict=Verdict.POSSIBLE, in_plant=True)
     _, effects = over(*[replace(rig({gravity: 1.0}), possible=(pattern,))] * 3)
-    assert effects[gravity].finding == Finding.NOT_TESTABLE
+    assert effects[gravity].finding == FleetVerdict.NOT_TESTABLE
     _, effects = over(*[rig({gravity: 1.0})] * 3)
-    assert effects[gravity].finding == Finding.REPEATS
+    assert effects[gravity].finding == FleetVerdict.REPEATS
 
 
 def test_beside_a_named_effect_that_explains_the_same_an_entry_says_nothing():
@@ -171,7 +171,7 @@ def test_page_and_document_hold_every_effect(monkeypatch):
     )
     monkeypatch.setattr(sys, "argv", ["/somewhere/heli", "fleet", "<a>", "b c"])
     text = fleet_html(fleet)
-    unseen = [*fleet.effects_with(Finding.NOT_SHOWN), *fleet.effects_with(Finding.NOT_TESTABLE)]
+    unseen = [*fleet.effects_with(FleetVerdict.NOT_SHOWN), *fleet.effects_with(FleetVerdict.NOT_TESTABLE)]
     plotted = len(fleet.effects) - len(unseen) + len(fleet.parameters)
     assert text.count("<svg class") == plotted
     assert "heli fleet &#39;&lt;a&gt;&#39; &#39;b c&#39;" in text

@@ -18,7 +18,7 @@ from heli_identifier.errors import IdentifierError, LogError
 from heli_identifier.records.configuration import HIGHEST_VOLTAGE
 from heli_identifier.records.plausibility import why_still
 from heli_identifier.records.timing import GAP_STEPS, find_sampling, mean_of_held
-from heli_identifier.tools import Rig, diagnose_rigs
+from heli_identifier.tools import RigLogs, diagnose_rigs
 from tests.blind.generator import make_rig, simulate_log
 from tests.blind.windy import windy_rig
 
@@ -176,8 +176,8 @@ def test_a_flight_that_is_given_twice_counts_once_and_is_refused_in_two_rigs_of_
     kept, (note,) = records.drop_excerpts(logs)
     assert kept == (logs[1], logs[2])  # the longer one stays
     assert note.startswith("part is left out: ") and "the same flight as whole" in note
-    one = Rig((log_of(RIG.train[2], "a"),), (log_of(RIG.held, "b"),))
-    other = Rig((log_of(COPIES["noise of two counts added"](RIG.train[2]), "c"),), (log_of(RIG.train[0], "d"),))
+    one = RigLogs((log_of(RIG.train[2], "a"),), (log_of(RIG.held, "b"),))
+    other = RigLogs((log_of(COPIES["noise of two counts added"](RIG.train[2]), "c"),), (log_of(RIG.train[0], "d"),))
     with pytest.raises(IdentifierError, match="rig first: it shares a flight with rig second: a and c are one"):
         diagnose_rigs({"first": one, "second": other})
 

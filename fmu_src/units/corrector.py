@@ -58,7 +58,7 @@ class Corrector(SlaveBase):
     """Takes a sample every ``sample.time`` and gives it to the following twin."""
 
     variables: ClassVar[tuple[Variable, ...]] = (*_INPUTS, *_OUTPUTS, *_SETTINGS)
-    hidden = {"first": float, "state": following.CorrectorState, "reports": int, "last": following.Event}
+    hidden = {"first": float, "state": following.CorrectorState, "reports": int, "last": following.TwinEvent}
     summary = "Notices in flight that a twin no longer fits its rig, names the change and corrects the twin"
 
     def initialise(self, time: float) -> None:
@@ -69,7 +69,7 @@ class Corrector(SlaveBase):
         self.state: following.CorrectorState | None = None
         self.first = time
         self.reports = 0
-        self.last: following.Event | None = None
+        self.last: following.TwinEvent | None = None
         start = {"observer.bandwidth": settings.observer_bandwidth}
         self.show(start.get(variable.name, 0.0) for variable in _OUTPUTS)
 

@@ -7,4 +7,4 @@ docs/explanation/following.md explains the method and names its sources.
 # ruff: noqa: F401 - the names are the subpackage's interface
 from .corrector import correct, start_correcting
 from .plan import SAMPLE_TIME, FollowPlan, FollowSettings
-from .state import DIGITS, MODES, REASONS, WHAT, CorrectorState, Event, Sample
+from .state import DIGITS, MODES, REASONS, WHAT, CorrectorState, Sample, TwinEvent

@@ -11,7 +11,7 @@ from .evidence import Noise, Sums, project_block, start_baseline
 from .observer import Angles, Encoder, start_observer
 from .plan import FollowPlan
 from .prediction import Copies, Predictions
-from .state import CorrectorState, Event, Sample
+from .state import CorrectorState, Sample, TwinEvent
 from .trial import SWINGING, add_event, judge_block
 
 _LARGEST_INNOVATION = 4.0  # innovations count with at most this many standard deviations
@@ -36,7 +36,7 @@ def start_correcting(plan: FollowPlan, sample: Sample) -> CorrectorState:
     )
 
 
-def correct(state: CorrectorState, sample: Sample, plan: FollowPlan) -> tuple[CorrectorState, tuple[Event, ...]]:
+def correct(state: CorrectorState, sample: Sample, plan: FollowPlan) -> tuple[CorrectorState, tuple[TwinEvent, ...]]:
     """Return the state after the ``sample`` of the next instant, and the events to report.
 
     An instant without a sample waits for the next sample, until the stream counts as stopped.

@@ -44,7 +44,7 @@ def cusum_statistic(projections: Iterable[Projection], delta: float) -> tuple[fl
     return total, run
 
 
-class Finding(NamedTuple):
+class ChangeEstimate(NamedTuple):
     """A change by number (-1: none), the ``blocks`` since then, its size delta and standard error, and ln B [1].
 
     ``other``: the change that explains the blocks nearly as well, -1 for none.
@@ -63,7 +63,7 @@ class Finding(NamedTuple):
         return self.size / self.standard_error
 
 
-NOTHING = Finding()
+NOTHING = ChangeEstimate()
 
 
 def siegmund_threshold(limit: float, information: float) -> float:
@@ -74,7 +74,7 @@ def siegmund_threshold(limit: float, information: float) -> float:
 
 def judge_size(
     number: int, blocks: int, response: float, information: float, nu: float, bounds: tuple[float, float]
-) -> Finding:
+) -> ChangeEstimate:
     """Return the change ``number`` as estimated from ``blocks`` with these sums, or NOTHING.
 
     ``nu``: the smallest change that matters; ``bounds``: smallest and largest size that are possible. An estimate that
@@ -91,4 +91,4 @@ def judge_size(
     width = _PRIOR_WIDTH * nu
     q = width * width * information
     log_bayes = (response - 0.5 * information * size) * size * q / (1.0 + q) - 0.5 * log(1.0 + q)
-    return Finding(number, blocks, size, 1.0 / sqrt(information), log_bayes)
+    return ChangeEstimate(number, blocks, size, 1.0 / sqrt(information), log_bayes)

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from heli_plant.parameters import PlantParameters
 
 from .changes import Vector
-from .cusum import NOTHING, Finding, Projection
+from .cusum import NOTHING, ChangeEstimate, Projection
 from .evidence import Baseline, Block, Noise, Sums
 from .observer import Encoder, Observer
 from .plan import FollowPlan
@@ -58,7 +58,7 @@ class Sample(NamedTuple):
     fresh: float = 1.0
 
 
-class Event(NamedTuple):
+class TwinEvent(NamedTuple):
     """One report, with the keys of its file.
 
     ``time_s`` [s]; ``what`` as in :data:`WHAT`, ``why`` in words; ``name`` of the change and the ``other`` one that it
@@ -109,8 +109,8 @@ class CorrectorState(NamedTuple):
     tested: tuple[tuple[Projection, ...], ...] = ()
     alarm: float = 0.0
     run: int = 0
-    finding: Finding = NOTHING
-    events: tuple[Event, ...] = ()
+    finding: ChangeEstimate = NOTHING
+    events: tuple[TwinEvent, ...] = ()
 
     @property
     def instants(self) -> int:

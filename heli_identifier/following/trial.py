@@ -14,11 +14,11 @@ from heli_plant.effects import AXES
 from heli_plant.observer import FIELDS
 
 from ..online.linear_algebra import total
-from .cusum import NOTHING, Finding, cusum_statistic, judge_size, siegmund_threshold
+from .cusum import NOTHING, ChangeEstimate, cusum_statistic, judge_size, siegmund_threshold
 from .evidence import loosen_baseline, project_block, shift_block, start_baseline
 from .plan import FollowPlan
 from .prediction import WINDOWS, compare_errors
-from .state import DIGITS, REASONS, CorrectorState, Event
+from .state import DIGITS, REASONS, CorrectorState, TwinEvent
 
 _LEARNED = 9  # blocks after which the noise is known
 _PATIENCE = 15  # blocks after an alarm until the likeliest change is named without a lead
@@ -95,12 +95,12 @@ def name_change(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     return _hold(state, likeliest, why, plan) if is_late else state
 
 
-def _hold(state: CorrectorState, finding: Finding, why: str, plan: FollowPlan) -> CorrectorState:
+def _hold(state: CorrectorState, finding: ChangeEstimate, why: str, plan: FollowPlan) -> CorrectorState:
     """Follow again without the change."""
     return add_event(state, why, plan, finding).follow_again()
 
 
-def _put_on_trial(state: CorrectorState, finding: Finding, plan: FollowPlan) -> CorrectorState:
+def _put_on_trial(state: CorrectorState, finding: ChangeEstimate, plan: FollowPlan) -> CorrectorState:
     """Start a rival twin with the change; hold the change if corrections are off."""
     if not plan.settings.correcting:
         return _hold(state, finding, "off", plan)
@@ -169,7 +169,7 @@ def take_back(state: CorrectorState, plan: FollowPlan) -> CorrectorState:
     twin, fields = state.rival[0], zip(FIELDS, state.errors, strict=True)
     errors = tuple([0.0 if getattr(twin, name) == getattr(plan.alone, name) else error for name, error in fields])
     state = state.use(twin, errors)._replace(blocks=())
-    return add_event(state, "worse", plan, Finding(state.finding.change)).follow_again()
+    return add_event(state, "worse", plan, ChangeEstimate(state.finding.change)).follow_again()
 
 
 def sum_blocks(state: CorrectorState, number: int, count: int, plan: FollowPlan) -> list[tuple[float, float]]:
@@ -183,7 +183,7 @@ def sum_blocks(state: CorrectorState, number: int, count: int, plan: FollowPlan)
 
 def estimate_change(
     state: CorrectorState, number: int, count: int, plan: FollowPlan, all_blocks: bool = True
-) -> Finding:
+) -> ChangeEstimate:
     """Return the change ``number`` as estimated from the last ``count`` blocks, or NOTHING.
 
     If not from ``all_blocks``, it is estimated from as many of the last ones as make it likeliest.
@@ -196,13 +196,13 @@ def estimate_change(
     return max([one for one in findings if one.change >= 0], key=lambda one: one.log_bayes, default=NOTHING)
 
 
-def rank_changes(state: CorrectorState, count: int, plan: FollowPlan, all_blocks: bool = True) -> list[Finding]:
+def rank_changes(state: CorrectorState, count: int, plan: FollowPlan, all_blocks: bool = True) -> list[ChangeEstimate]:
     """Return every possible change, the likeliest first, estimated as by :func:`estimate_change`."""
     findings = [estimate_change(state, number, count, plan, all_blocks) for number in range(len(plan.changes))]
     return sorted([one for one in findings if one.change >= 0], key=lambda one: one.log_bayes, reverse=True)
 
 
-def find_changes(state: CorrectorState, longest: int, plan: FollowPlan) -> tuple[list[Finding], bool]:
+def find_changes(state: CorrectorState, longest: int, plan: FollowPlan) -> tuple[list[ChangeEstimate], bool]:
     """Return every change that is possible in the last ``longest`` blocks, the likeliest first, and if it is measured.
 
     Until enough blocks have passed since the likeliest change, it is not measured, and the sizes are not to be used.
@@ -212,11 +212,11 @@ def find_changes(state: CorrectorState, longest: int, plan: FollowPlan) -> tuple
     return (findings, False) if count < _LEAST_BLOCKS else (rank_changes(state, count, plan), True)
 
 
-def add_event(state: CorrectorState, why: str, plan: FollowPlan, finding: Finding = NOTHING) -> CorrectorState:
+def add_event(state: CorrectorState, why: str, plan: FollowPlan, finding: ChangeEstimate = NOTHING) -> CorrectorState:
     """Return the state with a new event, about a ``finding`` or none; ``why`` is a key of :data:`.state.REASONS`."""
     h, (what, reason) = plan.settings.sample_time, REASONS[why]
     time = round(state.samples * h, DIGITS)
-    event = Event(time, what, since_s=time, why=reason)
+    event = TwinEvent(time, what, since_s=time, why=reason)
     if finding.change >= 0:
         change, p = plan.changes[finding.change], state.twin
         blocks = finding.blocks + (SWINGING if finding.blocks > 0 and why != "suspected" else 0)

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from heli_identifier import following
 from heli_identifier.errors import refuse
 from heli_identifier.files import write_atomically
-from heli_identifier.following import DIGITS, SAMPLE_TIME, CorrectorState, Event, FollowPlan, FollowSettings, Sample
+from heli_identifier.following import DIGITS, SAMPLE_TIME, CorrectorState, FollowPlan, FollowSettings, Sample, TwinEvent
 from heli_identifier.live.listening import Listening, Status
 from heli_identifier.live.sources import Player
 from heli_identifier.online import Estimate
@@ -154,7 +154,7 @@ class Session:
         status = source.status
         show(self.view(status))
         if status.faults:
-            self.add_event(Event(self.time, "stream", why=status.faults))
+            self.add_event(TwinEvent(self.time, "stream", why=status.faults))
 
     def _step(self, sample: Sample, sample_time: float) -> None:
         self._samples.append(sample)
@@ -184,7 +184,7 @@ class Session:
         for event in events:
             self.add_event(event)
 
-    def add_event(self, event: Event) -> None:
+    def add_event(self, event: TwinEvent) -> None:
         """Add an event to its file; after an adoption or a roll back write the parameters in use as well."""
         self.events.append(event._asdict())
         self._write_events()

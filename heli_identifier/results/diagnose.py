@@ -31,7 +31,7 @@ from heli_identifier.results.words import has_sign
 from heli_identifier.tracing.findings import draw_curves, estimates, log_faults
 from heli_identifier.tracing.fit import Fit, covariance, fit
 from heli_identifier.tracing.helicopter import LAG_FIELD
-from heli_identifier.tracing.identification import Identification, Progress, identify_plant
+from heli_identifier.tracing.identification import IdentifiedPlant, Progress, identify_plant
 from heli_identifier.tracing.instruments import InstrumentEstimates
 from heli_identifier.tracing.outlying_logs import outlying_log_notes
 from heli_identifier.tracing.rig import Array, Parameters, Record
@@ -185,7 +185,7 @@ def _delivered_plant(after: Fit, effects: Sequence[FoundEffect]) -> Parameters:
     return p._replace(T_m=p.T_m + p.motor_lag_rotors, **{LAG_FIELD: 0.0})
 
 
-def _plant_notes(identified: Identification, expected: Mapping[str, Estimate]) -> Iterator[str]:
+def _plant_notes(identified: IdentifiedPlant, expected: Mapping[str, Estimate]) -> Iterator[str]:
     """Name undetermined or contradicted parameters, and effects that are at a bound or not as ``expected``."""
     plant, missing = identified.plant, list[str]()
     for name, report in identified.parameters.items():
@@ -218,7 +218,7 @@ def _plant_notes(identified: Identification, expected: Mapping[str, Estimate]) -
             )
 
 
-def _given_gain_notes(identified: Identification) -> Iterator[str]:
+def _given_gain_notes(identified: IdentifiedPlant) -> Iterator[str]:
     """Name gains that heli.toml gives and the references contradict."""
     for axis in identified.instruments.axes if identified.instruments else ():
         for name, value, half in zip(axis.parameters, axis.values, axis.half_widths, strict=True):

@@ -9,7 +9,7 @@ from .experiment import experiment_table as experiment_table
 from .experiment import find_effects as find_effects
 from .experiment import rank_proposals as rank_proposals
 from .experiment import write_voltages as write_voltages
-from .fleet import Finding as Finding
+from .fleet import FleetVerdict as FleetVerdict
 from .fleet import combine_rigs as combine_rigs
 from .fleet import diagnose_rigs as diagnose_rigs
 from .fleet_page import fleet_html as fleet_html
@@ -26,7 +26,7 @@ from .loop import read_controller as read_controller
 from .plants import FEW as FEW
 from .plants import allowed_plants as allowed_plants
 from .rigs import SHORTEST_TO_SPLIT as SHORTEST_TO_SPLIT
-from .rigs import Rig as Rig
+from .rigs import RigLogs as RigLogs
 from .rigs import Source as Source
 from .rigs import digest_files as digest_files
 from .rigs import find_rigs as find_rigs

@@ -31,7 +31,7 @@ from heli_identifier.provenance import provenance
 from heli_identifier.records import find_shared_flight
 from heli_identifier.results import Diagnosis, effect_name, slope_estimates, to_json_value
 from heli_identifier.tools.meta_analysis import Pooled, pool_estimates
-from heli_identifier.tools.rigs import Rig, error_text
+from heli_identifier.tools.rigs import RigLogs, error_text
 from heli_identifier.tracing import CatalogueVerdict, Progress, Verdict
 from heli_plant.effects import effect
 
@@ -40,8 +40,8 @@ FALSE_DISCOVERY_RATE = 0.005
 SCHEMA = "heli-fleet/1"  # of fleet.json
 
 
-class Finding(StrEnum):
-    """What a fleet says about one effect."""
+class FleetVerdict(StrEnum):
+    """The verdict on one effect in a fleet."""
 
     REPEATS = "repeats"
     DIFFERS = "differs between rigs"
@@ -78,7 +78,7 @@ class Coefficient:
 
     name: str
     axis: str
-    finding: Finding | None
+    finding: FleetVerdict | None
     named: tuple[str, ...]
     alternatives: tuple[tuple[str, str], ...]
     unit: str
@@ -95,8 +95,8 @@ class Coefficient:
 class Fleet:
     """What several diagnoses say together, by rig; ``failures`` say why a rig has no diagnosis.
 
-    ``effects`` are all entries of the catalogue in the order of :class:`Finding`, then by the number of rigs that name
-    them; ``parameters`` are those of the corrected plants, gains as slopes at the median voltage of a rig's logs.
+    ``effects`` are all entries of the catalogue in the order of :class:`FleetVerdict`, then by how many rigs name them;
+    ``parameters`` are those of the corrected plants, gains as slopes at the median voltage of a rig's logs.
     """
 
     diagnoses: Mapping[str, Diagnosis]
@@ -123,7 +123,9 @@ class Fleet:
 
 
 def diagnose_rigs(
-    rigs: Mapping[str, Rig], failures: Mapping[str, str] | None = None, progress: Progress = lambda what, share: None
+    rigs: Mapping[str, RigLogs],
+    failures: Mapping[str, str] | None = None,
+    progress: Progress = lambda what, share: None,
 ) -> Fleet:
     """Diagnose rigs one after the other; a rig that fails does not stop the others.
 
@@ -148,7 +150,7 @@ def diagnose_rigs(
     return combine_rigs(diagnoses, errors)
 
 
-def _find_shared_flights(rigs: Mapping[str, Rig]) -> dict[str, str]:
+def _find_shared_flights(rigs: Mapping[str, RigLogs]) -> dict[str, str]:
     """Return an error for every rig that shares a flight with another one."""
     errors = dict[str, str]()
     for (name_a, rig_a), (name_b, rig_b) in combinations(rigs.items(), 2):
@@ -188,7 +190,7 @@ def combine_rigs(diagnoses: Mapping[str, Diagnosis], failures: Mapping[str, str]
         others = tuple(dict.fromkeys(o for e in shown if (e.name, e.axis) == (name, axis) for o in e.alternatives))
         unit = of_rigs[0].estimate.unit
         coefficients.append(Coefficient(name, axis, finding, named, others, unit, mean, tuple(of_rigs)))
-    order = [*Finding]
+    order = [*FleetVerdict]
     effects = sorted(
         (c for c in coefficients if c.finding),
         key=lambda c: (order.index(c.finding or order[-1]), -len(c.named), c.pooled.p if c.pooled else 1.0),
@@ -219,13 +221,15 @@ def _is_determined(estimate: Estimate) -> bool:
     return abs(estimate.value) < inf and 0.0 < (estimate.standard_error or 0.0) < inf
 
 
-def _classify_effect(name: str, axis: str, rigs: list[RigEstimate], mean: Pooled | None, is_refuted: bool) -> Finding:
+def _classify_effect(
+    name: str, axis: str, rigs: list[RigEstimate], mean: Pooled | None, is_refuted: bool
+) -> FleetVerdict:
     """Return the finding on an effect; ``is_refuted``: the hypothesis that no rig has the effect is refuted."""
     entry, named = effect(name, axis), sum(estimate.named for estimate in rigs)
     if mean is not None and (named >= 2 or (is_refuted and mean.has_sign and entry.lower <= mean.mean <= entry.upper)):
         if not mean.alike:
-            return Finding.DIFFERS
-        return Finding.REPEATS if is_refuted else Finding.UNCONFIRMED
+            return FleetVerdict.DIFFERS
+        return FleetVerdict.REPEATS if is_refuted else FleetVerdict.UNCONFIRMED
     if named:  # those of several rigs that have no mean cannot be compared
-        return Finding.OWN if mean else Finding.OPEN if named == 1 else Finding.UNCONFIRMED
-    return Finding.NOT_TESTABLE if all(estimate.left_out for estimate in rigs) else Finding.NOT_SHOWN
+        return FleetVerdict.OWN if mean else FleetVerdict.OPEN if named == 1 else FleetVerdict.UNCONFIRMED
+    return FleetVerdict.NOT_TESTABLE if all(estimate.left_out for estimate in rigs) else FleetVerdict.NOT_SHOWN

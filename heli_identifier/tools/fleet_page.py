@@ -16,7 +16,7 @@ from heli_identifier.results import (
     uses_text,
     verdict_line,
 )
-from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Finding, Fleet
+from heli_identifier.tools.fleet import FALSE_DISCOVERY_RATE, Coefficient, Fleet, FleetVerdict
 
 FIGURES = ("mean", "unit", "spread", "I²")
 
@@ -43,8 +43,8 @@ def fleet_sentence(fleet: Fleet) -> str:
     """Say in one sentence which of the effects that a rig names repeat, and which differ about a mean with a sign."""
     parts = []
     for finding, one, more in (
-        (Finding.REPEATS, "repeats with a like coefficient", "repeat with like coefficients"),
-        (Finding.DIFFERS, "differs from rig to rig", "differ from rig to rig"),
+        (FleetVerdict.REPEATS, "repeats with a like coefficient", "repeat with like coefficients"),
+        (FleetVerdict.DIFFERS, "differs from rig to rig", "differ from rig to rig"),
     ):
         said = (e for e in fleet.effects_with(finding) if e.pooled and (e.pooled.has_sign or e.pooled.alike))
         if names := [title(effect) for effect in said if effect.named]:
@@ -66,7 +66,9 @@ def parameter_table(parameters: Sequence[Coefficient]) -> Table:
 
 def fleet_tables(fleet: Fleet) -> list[Table]:
     """Return the tables for a terminal: effects that were found, if any, and parameters."""
-    shown = [effect for effect in fleet.effects if effect.finding not in (Finding.NOT_SHOWN, Finding.NOT_TESTABLE)]
+    shown = [
+        effect for effect in fleet.effects if effect.finding not in (FleetVerdict.NOT_SHOWN, FleetVerdict.NOT_TESTABLE)
+    ]
     return [*([effect_table(shown)] if shown else []), parameter_table(fleet.parameters)]
 
 

@@ -30,7 +30,7 @@ SHORTEST_TO_SPLIT = 25.0
 
 
 @dataclass(frozen=True)
-class Rig:
+class RigLogs:
     """The data set of one rig: training logs and held-out logs."""
 
     training: tuple[Log, ...]
@@ -48,7 +48,7 @@ class Source(NamedTuple):
     """The unique name of a ``rig``, a function that loads its logs, and one that gives a digest of their content."""
 
     rig: str
-    load: Callable[..., Rig]
+    load: Callable[..., RigLogs]
     content: Callable[[], str]
 
 
@@ -144,7 +144,7 @@ def _list_logs(folder: Path) -> list[Path]:
     return [path for path in files if path.name.lower().removesuffix(".gz").endswith(ENDINGS)]
 
 
-def _read_rig(training: Sequence[Path], held_out: Sequence[Path], file: Path | None) -> Rig:
+def _read_rig(training: Sequence[Path], held_out: Sequence[Path], file: Path | None) -> RigLogs:
     """Read the usable logs of a rig; LogError if no log is left to fit to."""
     configuration = records.read_configuration(file) if file else RigConfiguration()
     usable, errors = dict[Path, Log](), dict[Path, LogError]()
@@ -160,7 +160,7 @@ def _read_rig(training: Sequence[Path], held_out: Sequence[Path], file: Path | N
     logs = records.read_logs((*to_fit, *to_hold_out))
     training_logs, held_out_logs, note = split_logs(logs[: len(to_fit)], logs[len(to_fit) :])
     notes = [*(f"{path.name} is left out: {error}" for path, error in errors.items()), *([note] if note else [])]
-    return Rig(training_logs, held_out_logs, tuple(notes))
+    return RigLogs(training_logs, held_out_logs, tuple(notes))
 
 
 def digest_files(files: Iterable[Path]) -> str:

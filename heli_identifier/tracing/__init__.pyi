@@ -10,7 +10,7 @@ __all__ = [
     "EffectCurve",
     "Fit",
     "FoundEffect",
-    "Identification",
+    "IdentifiedPlant",
     "Likelihood",
     "LogFault",
     "NamedShape",
@@ -38,7 +38,7 @@ __all__ = [
 
 from .fit import Fit, fit, known_fit
 from .helicopter import BASE, CURVE, Rig, helicopter, plausible_range
-from .identification import Identification, Progress, identify_plant
+from .identification import IdentifiedPlant, Progress, identify_plant
 from .instruments import instruments
 from .likelihood import Likelihood
 from .motion import lag_voltages, record_start

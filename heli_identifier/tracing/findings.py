@@ -17,7 +17,7 @@ from heli_identifier.online import CONTRADICTION, Estimate
 from .fit import Fit, covariance
 from .helicopter import DELAY, LAG_FIELD
 from .instruments import InstrumentEstimates
-from .rig import Array, Effect, Parameters
+from .rig import Array, Candidate, Parameters
 from .score import Score
 from .select import Finding, Selection
 from .settings import CONFIRMED, DETERMINED, ESTABLISHED, KEPT, MATTERS, OUTLIER, TIMED
@@ -151,7 +151,7 @@ def catalogue_verdicts(
     return tuple(rows[entry] for entry in dict.fromkeys((*stated, *rows)) if entry in rows)
 
 
-def _verdict(effect: Effect, score_of: Score | None, stated: FoundEffect | None) -> CatalogueVerdict:
+def _verdict(effect: Candidate, score_of: Score | None, stated: FoundEffect | None) -> CatalogueVerdict:
     """Return the verdict on an entry; ``stated`` is not None if it is an effect of the diagnosis."""
     if score_of is None:
         zero, why = Estimate(0.0, None, effect.unit), "a defect of the logs, or a controller's answers, look like it"
@@ -187,7 +187,7 @@ def _with_half_width(value: float, half: float) -> str:
     return f"{value:z.{digits}f} ± {half:.{digits}f}"
 
 
-def _bound(effect: Effect, estimate: Estimate) -> float:
+def _bound(effect: Candidate, estimate: Estimate) -> float:
     """Largest abs(c) inside the 95 % interval; for a one-sided effect its upper end, at least one standard error.
 
     Otherwise an estimate far on the forbidden side would by chance give a tighter bound than the data allow.

@@ -15,8 +15,7 @@ import numpy as np
 
 from heli_identifier.online import GAINS, ModelParameters
 from heli_identifier.records import Log, highest_voltage
-from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, effect_of
-from heli_plant.effects import Effect as Law
+from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, Effect, effect_of
 from heli_plant.laws import motor_input, thrust_voltage
 from heli_plant.parameters import BY_FIELD, PlantParameters
 from heli_plant.simulation import ALONE, run_accelerations, run_filter, simulate
@@ -38,7 +37,7 @@ from .motion import (
     thrust_slopes,
 )
 from .noise import physical
-from .rig import Array, Coordinate, Effect, Record
+from .rig import Array, Candidate, Coordinate, Record
 from .settings import CATALOGUE_WIDTHS, DIFFERENCE, GAIN_WIDTH, PER_LOG, TIMED, DiagnosisSettings
 
 LAG_FIELD, DELAY = "motor_lag_rotors", "input_delay_rotors"
@@ -99,7 +98,7 @@ _DIFFERENCE: Mapping[str, float] = {"dead_zone": 0.1, "input_delay": 0.01, "moto
 """Finite differences [V], [s] of laws with corners in their coefficient: about a sample, or what logs resolve."""
 
 
-def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
+def _candidate(entry: Effect, lowest: float, settings: DiagnosisSettings) -> Candidate:
     """Entry of the catalogue as the tracer sees it; the ground lies .02 rad below the ``lowest`` elevation [rad]."""
     known = settings.horizontal is not None
     estimated = [s for s in entry.shapes if s.estimated or (s.field == HORIZONTAL and not known)]
@@ -108,7 +107,7 @@ def _effect(entry: Law, lowest: float, settings: DiagnosisSettings) -> Effect:
         for s in entry.shapes if s.start != STEP_TIMES and not (s.field == HORIZONTAL and known)
     }  # fmt: skip
     starts = tuple(dict(zip(grids, values, strict=True)) for values in product(*grids.values()))
-    return Effect(
+    return Candidate(
         entry.field, entry.name, entry.axis, entry.unit, entry.lower, entry.upper, entry.family,
         tuple(s.field for s in estimated), starts, entry.experiment,
         next((s.field for s in entry.shapes if s.start == STEP_TIMES), ""), entry.certain, entry.drawn_against or "",
@@ -126,7 +125,7 @@ class Rig:
     """The given values of the plant; :meth:`estimate` overwrites the others."""
     resolution: Array
     """One count of each encoder [rad], shape (3,)."""
-    effects: tuple[Effect, ...]
+    effects: tuple[Candidate, ...]
     """The catalogue; an entry that is among ``base`` is estimated by every fit."""
     operating_point: float
     """Voltage [V] about which the gains are slopes, and at which a_1 is expected to balance the thrust."""
@@ -161,7 +160,7 @@ class Rig:
         return physical(z, np.resize(_USUAL_AIR, z.shape[1]))
 
     @property
-    def candidates(self) -> tuple[Effect, ...]:
+    def candidates(self) -> tuple[Candidate, ...]:
         """Entries of the catalogue that the search may add to the base."""
         return tuple(effect for effect in self.effects if effect.field not in self.base)
 
@@ -293,6 +292,6 @@ def helicopter(logs: Sequence[Log], settings: DiagnosisSettings | None = None) -
     return Rig(
         (*(field for field in BASE if fixed.get(field) is None), *given), parameters,
         2.0 * pi / np.array(settings.counts, dtype=float),
-        tuple(_effect(law, lowest, settings) for law in CATALOGUE if law.field not in given),
+        tuple(_candidate(law, lowest, settings) for law in CATALOGUE if law.field not in given),
         float(np.median(np.abs(voltages))), given | settings.geometry.priors(),
     )  # fmt: skip

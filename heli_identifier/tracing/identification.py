@@ -31,7 +31,7 @@ from .likelihood import Likelihood
 from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, refuse_unlimited, sign_notes
 from .pushes import find_pushes
 from .references import References, find_references
-from .rig import Array, Effect, average_blocks
+from .rig import Array, Candidate, average_blocks
 from .select import Finding, Selection, fit_delivered, select
 from .settings import KEPT, ROUNDS, SETTLING, TIMED, TIMED_OUTSIDE, UNKNOWN, DiagnosisSettings
 from .stability import covariance_of_logs, halves_agree, leave_logs_out, weigh_possible
@@ -41,14 +41,15 @@ from .unknown import search_unknown
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share that is done."""
 
-FAULT_EFFECTS = tuple(
-    Effect(f.field, f.name, f.channel, f.unit, f.lower, f.upper, f.family, experiment=f.advice, fault=f) for f in FAULTS
+FAULT_CANDIDATES = tuple(
+    Candidate(f.field, f.name, f.channel, f.unit, f.lower, f.upper, f.family, experiment=f.advice, fault=f)
+    for f in FAULTS
 )
 """Faults of the log as the search sees them: they compete with the effects."""
 
 
 @dataclass(frozen=True, eq=False)
-class Identification:
+class IdentifiedPlant:
     """The plant of one rig and what it rests on."""
 
     logs: tuple[Log, ...]
@@ -117,8 +118,8 @@ class Identification:
         if not axes or not self.references.closed_loop or not finding.established:
             return finding
         undone = self.selection.fit.likelihood.faults
-        late = [e for e in FAULT_EFFECTS if e.name == "late" and e.axis in axes and e.axis not in self.on_time]
-        late += [e for e in FAULT_EFFECTS if e.name == "backlash" and e.axis in axes and e.fault in undone]
+        late = [e for e in FAULT_CANDIDATES if e.name == "late" and e.axis in axes and e.axis not in self.on_time]
+        late += [e for e in FAULT_CANDIDATES if e.name == "backlash" and e.axis in axes and e.fault in undone]
         return replace(finding, alternatives=(*finding.alternatives, *late))
 
 
@@ -128,7 +129,7 @@ def identify_plant(
     settings: DiagnosisSettings | None = None,
     held_out: Sequence[Log] = (),
     progress: Progress | None = None,
-) -> Identification:
+) -> IdentifiedPlant:
     """Identify the plant of one rig from logs in open loop or under any controllers; several rates may be mixed.
 
     Nothing is fitted to the logs ``held_out``; their events are found and their zeros aligned with the others.
@@ -156,7 +157,7 @@ def identify_plant(
     used, slips = undo_slips(used, () if given.keep_events else events)
     used = used if given.keep_events else mark_events(used, events)
     rig = helicopter(used[:count], given)
-    faults = (e for e in FAULT_EFFECTS if e.name != "late" or e.axis not in prompt)
+    faults = (e for e in FAULT_CANDIDATES if e.name != "late" or e.axis not in prompt)
     candidates = (*(e for e in rig.candidates if e.family not in imitated), *faults)
     tell("fitting the model and searching the catalogue", 0.1)
     null = _fit_null(Likelihood.of(used[:count], rig), given.voltage_limit)
@@ -187,7 +188,7 @@ def identify_plant(
     tell("asking the references", 0.6)
     outside = _estimate_outside(plant, training, references)
     listed = mark_events(used, (*events, *pushes)) if given.keep_events else used
-    return Identification(
+    return IdentifiedPlant(
         training, kept, selection, unknown, defects, prompt, plant, C, gains, references, outside,
         parameter_reports(plant, C, outside), tuple(event for log in listed for event in log.events),
         halves_agree(selection.form),
@@ -212,7 +213,7 @@ def _fit_null(likelihood: Likelihood, voltage_limit: float) -> Fit:
 
 
 def _search(
-    null: Fit, candidates: Sequence[Effect], defects: Sequence[Defect]
+    null: Fit, candidates: Sequence[Candidate], defects: Sequence[Defect]
 ) -> tuple[Selection, tuple[FoundEffect, ...]]:
     """Search the catalogue beside the simplified model, and then search for torques that it cannot name."""
     selection = select(null, candidates)

@@ -23,7 +23,7 @@ from heli_plant.state import PlantState, start_state
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
 
 from .instruments import Term
-from .rig import Array, Effect, Record, means
+from .rig import Array, Candidate, Record, means
 from .settings import MOTION_WINDOW, TIMED, WINDOW
 
 DAMPING = (0.1, 0.1)
@@ -230,7 +230,7 @@ def plant_accelerations(record: Record, *plants: PlantParameters, window: float 
 
 
 def partial_residual(
-    record: Record, parameters: PlantParameters, bare: PlantParameters, effect: Effect
+    record: Record, parameters: PlantParameters, bare: PlantParameters, effect: Candidate
 ) -> tuple[str, str, str, Array, Array, Array]:
     """Return the points of an effect's curve; an effect of the rotors is drawn on the elevation.
 

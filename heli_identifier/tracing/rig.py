@@ -117,8 +117,8 @@ class Coordinate:
 
 
 @dataclass(frozen=True)
-class Effect:
-    """An effect that the model before lacks, as the tracer sees it."""
+class Candidate:
+    """An effect that the model before may lack, or a fault of its logs: what the search may add."""
 
     field: str
     """Its coefficient; zero where the effect is off."""

@@ -28,7 +28,7 @@ from scipy.special import digamma
 
 from .fit import Fit, bounded_step
 from .noise import LOWEST, error_dynamics, match_steps
-from .rig import Array, Coordinate, Effect
+from .rig import Array, Candidate, Coordinate
 from .sensitivity import linearise
 from .settings import ESTABLISHED, FARTHEST, KEPT, SETTLING
 
@@ -51,7 +51,7 @@ class Score:
     """Its place in :attr:`Scores.coordinates`."""
 
 
-def columns_of(effect: Effect, fitted: Fit) -> list[Coordinate]:
+def columns_of(effect: Candidate, fitted: Fit) -> list[Coordinate]:
     """Coordinates of an effect that is not in the model, one for each shape that the search starts from."""
     rig, parameters = fitted.likelihood.rig, fitted.parameters
     if effect.fault is not None:
@@ -107,7 +107,7 @@ class Scores:
     Torques act along the filter's motion, or along the ``smoothed`` one.
     """
 
-    def __init__(self, fitted: Fit, candidates: Sequence[Effect], smoothed: bool = False):
+    def __init__(self, fitted: Fit, candidates: Sequence[Candidate], smoothed: bool = False):
         self.fitted = fitted
         self.effects = {effect.field: effect for effect in candidates}
         instants = max(record.time[-1] for record in fitted.likelihood.records) / 0.5  # [s] that the filter tells apart

@@ -16,21 +16,21 @@ import numpy as np
 
 from .fit import Fit, fit
 from .likelihood import Point
-from .rig import Effect
+from .rig import Candidate
 from .score import Score, Scores
 from .settings import CATALOGUE_WIDTHS, KEPT, REFITTED, ROUGHLY, SMOOTH_NATS, TIMED, UNKNOWN
 
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """An effect in the model, with its evidence."""
+    """A candidate in the model, with its evidence."""
 
-    effect: Effect
+    effect: Candidate
     score: Score
     """Of the effect alone: the loss without it, beside all others."""
     family_score: float
     """Loss without its whole family [nats] if it is the strongest member, which names the family; 0 otherwise."""
-    alternatives: tuple[Effect, ...]
+    alternatives: tuple[Candidate, ...]
     """Effects that would explain the data about as well in its place."""
     refit_score: float | None = None
     """The loss of a refit without its family [nats]; None where no refit was made."""
@@ -72,7 +72,7 @@ class Selection:
         return fit_delivered(self, [])
 
 
-def select(null: Fit, candidates: Sequence[Effect], start: Fit | None = None) -> Selection:
+def select(null: Fit, candidates: Sequence[Candidate], start: Fit | None = None) -> Selection:
     """Search the candidates beside the model before, ``null``, from a ``start`` that may have effects or curves."""
     fitted, barred = start or null, set[str]()
     while True:
@@ -117,7 +117,7 @@ def _fit_entered(form: Scores, chosen: Sequence[str]) -> Fit:
 
 
 def refit(
-    fitted: Fit, candidates: Sequence[Effect], chosen: Sequence[str], values: Mapping[str, float] | None = None,
+    fitted: Fit, candidates: Sequence[Candidate], chosen: Sequence[str], values: Mapping[str, float] | None = None,
     value_only: bool = False, other: Point | None = None,
 ) -> Fit:  # fmt: skip
     """Fit with other effects and faults of the candidates, from ``values`` of parameters or the ``other`` point."""
@@ -153,7 +153,7 @@ def fit_delivered(selection: Selection, dropped: Sequence[str]) -> Fit:
     return alone if with_terms.value > least else with_terms
 
 
-def _absent_mechanics(candidates: Iterable[Effect], kept: Collection[str]) -> list[str]:
+def _absent_mechanics(candidates: Iterable[Candidate], kept: Collection[str]) -> list[str]:
     """Terms of rigid-body mechanics that are not among the effects ``kept``."""
     return [effect.field for effect in candidates if effect.certain and effect.field not in kept]
 
@@ -289,7 +289,7 @@ def _weigh_effect(
     return replace(finding, alternatives=tuple(_alternatives(form, name, selected, score)))
 
 
-def _alternatives(form: Scores, name: str, selected: Sequence[str], score: Score) -> list[Effect]:
+def _alternatives(form: Scores, name: str, selected: Sequence[str], score: Score) -> list[Candidate]:
     """Effects that score about as much in place of ``name``, whose score is given, and make it needless."""
     others = [other for other in selected if other != name]
     found = []

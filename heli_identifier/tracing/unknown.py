@@ -28,7 +28,7 @@ from scipy.special import chdtrc, chdtri, gammaln
 from .fit import Fit, covariance, fit
 from .likelihood import NO_HARMONICS
 from .motion import Tables
-from .rig import Array, Coordinate, Effect, means
+from .rig import Array, Candidate, Coordinate, means
 from .select import Selection, select
 from .sensitivity import linearise
 from .settings import ESTABLISHED, FORCE, PER_LOG, UNKNOWN
@@ -162,7 +162,7 @@ def scan(fitted: Fit) -> list[Unknown]:
     return sorted(found, key=lambda u: -u.score)
 
 
-def search_unknown(selection: Selection, candidates: Sequence[Effect]) -> tuple[Selection, tuple[FoundEffect, ...]]:
+def search_unknown(selection: Selection, candidates: Sequence[Candidate]) -> tuple[Selection, tuple[FoundEffect, ...]]:
     """Search torques beside a ``selection`` of the ``candidates`` of the catalogue.
 
     Returns the selection, with curves as tables of the plant and periodic torques as harmonics of the fit, and the
