@@ -12,7 +12,7 @@ from heli_identifier.online.excitation import Excitation, Multisine
 from heli_identifier.records import demo_files, read_log
 from heli_identifier.tools import experiment
 from heli_identifier.tools.experiment import Limits, Proposal
-from heli_identifier.tools.flight import flight_outlooks, list_additions
+from heli_identifier.tools.flight import list_additions, rank_flights
 from heli_plant.control import PidSettings
 from heli_plant.effects import effect
 from heli_plant.parameters import PlantParameters
@@ -59,9 +59,9 @@ def expected(*errors):
     return experiment.ExpectedResult("", estimates, 0.9, 0.5, 0.3)
 
 
-def ranked(*outlooks):
-    proposals = [Proposal(str(number)) for number in range(len(outlooks))]
-    return [*experiment.rank_results(dict(zip(proposals, outlooks, strict=True))).values()]
+def ranked(*expected):
+    proposals = [Proposal(str(number)) for number in range(len(expected))]
+    return [*experiment.rank_results(dict(zip(proposals, expected, strict=True))).values()]
 
 
 def test_an_experiment_beyond_the_limits_is_not_proposed_in_open_or_closed_loop_and_voltages_keep_theirs():
@@ -74,10 +74,10 @@ def test_an_experiment_beyond_the_limits_is_not_proposed_in_open_or_closed_loop_
     names = [one.name for one in experiment.list_proposals(5.0, hovering)]
     assert sum("base 3.5 V" in name for name in names) == 27
     limits = Limits(pitch=0.2, elevation=0.06)
-    outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 20.0, limits, lambda what, share: None)
-    assert outlooks
-    assert all(one.largest_pitch_rad <= 0.2 and one.largest_elevation_rad <= 0.06 for one in outlooks)
-    assert len(outlooks) < len(list(list_additions()))  # steps of .2 and .1 rad go beyond
+    expected = rank_flights(PlantParameters(), PidSettings(), 0.15, 20.0, limits, lambda what, share: None)
+    assert expected
+    assert all(one.largest_pitch_rad <= 0.2 and one.largest_elevation_rad <= 0.06 for one in expected)
+    assert len(expected) < len(list(list_additions()))  # steps of .2 and .1 rad go beyond
 
 
 def test_the_ranking_goes_by_the_effect_that_an_experiment_shows_worst():
@@ -103,14 +103,14 @@ def test_the_command_ranks_experiments_and_writes_the_voltages_of_the_best(tmp_p
 
 @pytest.mark.slow
 def test_in_closed_loop_quiet_hover_hides_gain_and_stiffness_and_multisines_on_the_voltages_show_them():
-    outlooks = flight_outlooks(PlantParameters(), PidSettings(), 0.15, 30.0, Limits(), lambda what, share: None)
+    expected = rank_flights(PlantParameters(), PidSettings(), 0.15, 30.0, Limits(), lambda what, share: None)
     determined = {
-        one.added: {name for name, error in one.relative_errors.items() if 1.96 * error <= 0.1} for one in outlooks
+        one.added: {name for name, error in one.relative_errors.items() if 1.96 * error <= 0.1} for one in expected
     }
     assert not determined["nothing"] & {"k_x", "k_z", "a_e"}
     strong = next(name for name in determined if name.startswith("multisines of 0.4 V"))
     assert determined[strong] >= {"k_x", "k_z", "a_e"}
-    largest = [max(one.relative_errors.values()) for one in outlooks]
+    largest = [max(one.relative_errors.values()) for one in expected]
     assert largest == sorted(largest)
 
 

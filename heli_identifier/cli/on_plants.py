@@ -65,9 +65,9 @@ def design(
             refuse(not isinstance(pid, PidSettings), f"{controller} holds no PID; take one of --kind pid.")
         limits = tools.Limits(plant.v_max, pitch_limit, elevation_limit)
         with progress_bar() as progress:
-            outlooks = tools.flight_outlooks(plant, pid, hover, duration, limits, progress)
-        refuse(not outlooks, f"no flight {no_flight} of the hover; widen the limits.")
-        print_answer(json, results.to_json_value(outlooks), [tools.flight_table(outlooks)])
+            ranked = tools.rank_flights(plant, pid, hover, duration, limits, progress)
+        refuse(not ranked, f"no flight {no_flight} of the hover; widen the limits.")
+        print_answer(json, results.to_json_value(ranked), [tools.flight_table(ranked)])
         return
     entries = tools.find_effects(named)
     plant, limits = _read_plant(parameters), tools.Limits(voltage_limit, pitch_limit, elevation_limit)

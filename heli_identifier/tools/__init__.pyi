@@ -15,8 +15,8 @@ from .fleet import diagnose_rigs as diagnose_rigs
 from .fleet_page import fleet_html as fleet_html
 from .fleet_page import fleet_sentence as fleet_sentence
 from .fleet_page import fleet_tables as fleet_tables
-from .flight import flight_outlooks as flight_outlooks
 from .flight import flight_table as flight_table
+from .flight import rank_flights as rank_flights
 from .judging import Design as Design
 from .judging import controller_m as controller_m
 from .judging import design_table as design_table

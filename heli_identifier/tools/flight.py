@@ -74,7 +74,7 @@ def fly_addition(addition: Proposal, plant: PlantParameters, pid: PidSettings, h
     return Log("rehearsal", 1.0 / STEP, used, angles)
 
 
-def flight_outlooks(
+def rank_flights(
     plant: PlantParameters, pid: PidSettings, hover: float, duration: float, limits: Limits, progress: Progress
 ) -> list[ExpectedFlight]:
     """Simulate all additions for a ``duration`` [s] at the elevation ``hover`` [rad]; return those within the limits.
