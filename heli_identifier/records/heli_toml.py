@@ -50,7 +50,7 @@ def read_configuration(path: str | PathLike[str]) -> RigConfiguration:
     try:
         content = tomllib.loads(data.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:  # a number of more than 4300 digits is a ValueError as well
-        problem = "is nested too deeply" if isinstance(error, RecursionError) else f"is not TOML: {error}"
+        problem = "is nested too deeply" if isinstance(error, RecursionError) else f"is not TOML in UTF-8: {error}"
         raise ConfigurationError(f"{path} {problem}{advice}.") from error
     try:
         examples = read_examples()

@@ -195,17 +195,19 @@ def _plant_notes(identified: IdentifiedPlant, expected: Mapping[str, Estimate]) 
             missing.append("T_m" if name == LAG_FIELD else name)
     if missing:
         yield (
-            f"these logs do not determine {', '.join(missing)}: the plant has their likeliest values within what is "
+            f"these logs do not determine {', '.join(missing)}: the plant has the likeliest value within what is "
             "plausible for any rig of this kind"
         )
-    at_bound = zip(plant.coordinates, plant.at_bound, strict=True)
-    fields_at_end = {coordinate.field for coordinate, at_end in at_bound if at_end and not coordinate.bend}
+    at_bound = {c.field: c.bend > 0.0 for c, at_end in zip(plant.coordinates, plant.at_bound, strict=True) if at_end}
     for effect in plant.likelihood.rig.candidates:
-        if effect.field in fields_at_end and not effect.certain:
+        if effect.field in at_bound and not effect.certain:
+            meaning = "its law describes them, but need not be what acts on the rig"
+            if at_bound[effect.field] and plant.estimate(effect.field) > 0.0:
+                meaning = "the thrust goes with the square of the voltage, and slopes count, not gains at 0 V"
             yield (
                 f"the {effect.name.replace('_', ' ')} of the {effect.axis} comes out at "
                 f"{plant.estimate(effect.field):.3g}, the end of what is plausible, and these logs ask for more of it: "
-                "its law describes them, but need not be what acts on the rig"
+                f"{meaning}"
             )
     for field, given in expected.items():
         value = float(getattr(plant.parameters, field))

@@ -9,6 +9,7 @@ effects are in question, each standard error grows by 1 / sqrt(1 - rho^2).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import chain, product
 from pathlib import Path
@@ -19,11 +20,12 @@ from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
 from heli_identifier import results, tracing
-from heli_identifier.errors import refuse
+from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.files import write_atomically
 from heli_identifier.online.excitation import Excitation, Multisine, paper_channels, voltages
 from heli_identifier.records import Log
 from heli_identifier.results import Table
+from heli_identifier.tools.linearisation import operating_point
 from heli_plant.communication import EncoderCounts
 from heli_plant.effects import CATALOGUE, Effect
 from heli_plant.errors import did_you_mean
@@ -124,7 +126,7 @@ def find_effects(words: Sequence[str]) -> tuple[Effect, ...]:
     """
     effects = []
     for word in words:
-        name, _, axis = word.partition(":")
+        name, _, axis = word.replace(".", ":").partition(":")
         of_name = [effect for effect in CATALOGUE if effect.name == name]
         hint = did_you_mean(name, {effect.name for effect in CATALOGUE}) or "; `heli effects` lists them."
         refuse(not of_name, f"no effect is called {name!r}{hint}")
@@ -142,12 +144,14 @@ def list_proposals(limit: float, parameters: PlantParameters) -> Iterator[Propos
 
     The plant's voltage of hover at elevation zero is a base as well.
     """
-    hover = round(0.5 * parameters.a_1 / parameters.k_z, 2) if parameters.k_z > 0.0 else 0.0
+    bases = set(BASES)
+    with suppress(ConfigurationError):  # it may hover nowhere
+        bases.add(round(0.5 * operating_point(parameters).lift, 2))
     for experiment in (1, 2) if limit >= PAPERS_BASE else ():
         name = f"the paper's experiment {experiment} on both channels, base {PAPERS_BASE:g} V"
         yield Proposal(name, Excitation(PAPERS_BASE, *paper_channels(experiment, "both"), limit))
-    bases = sorted({base for base in (*BASES, hover) if 0.0 <= base <= limit})
-    for base, *bands, rms in product(bases, BANDS, BANDS, STRENGTHS):
+    within = sorted(base for base in bases if 0.0 <= base <= limit)
+    for base, *bands, rms in product(within, BANDS, BANDS, STRENGTHS):
         first, second = ("{:g} to {:g} Hz".format(*BANDS[band]) for band in bands)
         name = f"multisines, {rms:g} V rms: {first} on v_f - v_r, {second} on v_f + v_r, base {base:g} V"
         yield Proposal(name, multisines(base, (rms, rms), bands, limit))

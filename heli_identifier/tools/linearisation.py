@@ -38,6 +38,7 @@ WIDTH = 1e-6
 """Half the width of the differences [rad, rad/s, V]: they err by 1e-10 by rounding, and by 1e-12 by curvature."""
 
 BALANCED = 1e-9  # largest acceleration [rad/s^2] at which a point counts as an equilibrium
+STARTS = 5  # equal voltages near balance from which an equilibrium is searched: a curved thrust may have several
 FURTHEST = 1.5  # largest pitch and elevation [rad]: beyond a quarter of a turn the rig lies on its back
 LARGEST_LEAN = 0.7  # largest pitch [rad] of an equilibrium in which the travel rests
 
@@ -129,7 +130,8 @@ def operating_point(parameters: PlantParameters, pitch: float | None = 0.0, elev
             parameters,
         )  # fmt: skip
 
-    starts = ((0.5, 0.5, 0.0), (2.0, 1.0, 0.0), (-1.0, -0.5, 0.0))  # on either side of a dead zone
+    equal = [np.array((v, v, 0.0)) for v in parameters.v_max * np.linspace(-1.0, 1.0, 40)]  # none at rest: a dead zone
+    starts = sorted(equal, key=lambda start: np.linalg.norm(residual(start)))[:STARTS]
     solutions = (root(residual, start, tol=1e-12).x for start in starts)
     balanced = next((point(x) for x in solutions if np.abs(residual(x)).max() < BALANCED), None)
     if balanced is None or (pitch is None and abs(balanced.pitch) > LARGEST_LEAN):

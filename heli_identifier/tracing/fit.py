@@ -56,7 +56,8 @@ class Fit:
         """Evaluate F where plant and faults have the coordinates ``x`` (P,), and the rest is that of ``point``."""
         values, faults = dict[str, float](), dict(likelihood.faults)
         for c, v in zip(coordinates, x, strict=True):
-            values |= c.assigned(float(v))
+            assigned = c.assigned(float(v)).items()
+            values |= {name: min(max(value, c.lower), c.upper) for name, value in assigned}  # rounding leaves a bound
             if c.fault is not None:
                 faults[c.fault] = c.value(float(v))
         likelihood = likelihood.undo_faults(faults) if faults != likelihood.faults else likelihood

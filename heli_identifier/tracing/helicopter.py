@@ -57,7 +57,7 @@ HORIZONTAL = "horizontal_offset"
 """Shape that all laws with a sine of the elevation share."""
 
 _LINEAR: Mapping[str, tuple[float, float]] = {
-    "a_wx": (1.0, 0.0), "a_th": (4.0, -inf), "theta0": (0.5, -inf), "a_wz": (1.0, 0.0), "a_e": (4.0, 0.0),
+    "a_wx": (1.0, 0.0), "a_th": (4.0, -inf), "theta0": (0.5, -0.5 * pi), "a_wz": (1.0, 0.0), "a_e": (4.0, 0.0),
     "a_1": (3.0, -inf), "a_lt": (0.5, -inf), "a_wy": (1.0, 0.0),
 }  # fmt: skip
 """Width of the prior around zero, and lower bound: the range of benches. Dampings: a motion does not die out
@@ -218,7 +218,8 @@ class Rig:
             return Coordinate(field, abs(centre), width, sign=sign)
         if field in _LINEAR:
             width, lower = _LINEAR[field]
-            return Coordinate(field, 0.0, width, lower, BY_FIELD[field].maximum)
+            upper = 0.5 * pi if field == "theta0" else BY_FIELD[field].maximum  # beyond, a_th changes its sign instead
+            return Coordinate(field, 0.0, width, lower, upper)
         if field.startswith("table_torque"):
             axis = field.rpartition("_")[2]
             travel = list(VARIABLES).index("travel") + 1.0
