@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
+from scipy.ndimage import binary_opening, maximum_filter1d, minimum_filter1d
 
 from heli_identifier.chain import Fault, is_counted, passages_left_out
 from heli_identifier.records import Array as Array
@@ -269,8 +269,8 @@ def average_blocks(log: Log, held: Array) -> Array:
 def record_of(log: Log, rig: Any, settled: bool = False) -> Record:
     """Prepare a log; its events, and its start if the filter is not ``settled`` there, do not count.
 
-    Nor does an axis that stays within 1.5 counts of its encoder for .5 s: it rests or sticks. At its lowest angle a
-    table may carry it, which no plant has: the filter settles after that as after a push.
+    Nor does an axis that stays within 1.5 counts of its encoder for .5 s: it rests or sticks. Where it stays for .5 s
+    near its lowest angle a table may carry it, which no plant has: the filter settles after that as after a push.
     """
     n, voltages = block_samples(log), average_blocks(log, log.voltages)
     step, count = n / log.rate_hz, len(voltages)
@@ -278,24 +278,28 @@ def record_of(log: Log, rig: Any, settled: bool = False) -> Record:
     time = np.arange(count, dtype=np.float64) * step
     moves, begun = ~find_rests(angles, step, rig.resolution), rig.initial_state(angles, voltages, step)
     for axis in rig.carried:
-        lies = ~moves[:, axis] & (angles[:, axis] - angles[:, axis].min() <= 1.5 * rig.resolution[axis])
-        past = round((SETTLING + 0.25) / step)  # a rest is seen to within a quarter of a second
+        height = angles[:, axis] - angles[:, axis].min()
+        low = height <= max(1.5 * rig.resolution[axis], 0.03 * height.max())  # a table gives way
+        lies, past = binary_opening(low, np.ones(round(0.5 / step))), round(SETTLING / step)
         moves[:, axis] &= ~maximum_filter1d(lies, past + 1, origin=past // 2, mode="constant")
     inputs, angles = np.ascontiguousarray(voltages), np.ascontiguousarray(angles)
     return Record(log.name, step, time, inputs, angles, moves.astype(float), begun).mark(log.events, rig.axes, settled)
 
 
-def find_rests(angles: Array, step: float, resolution: Array) -> NDArray[np.bool_]:
-    """Find where angles (N, a) stay within 1.5 counts for .5 s."""
+def find_rests(angles: Array, step: float, resolution: Array, counts: float = 1.5) -> NDArray[np.bool_]:
+    """Find where angles (N, a) stay within some ``counts`` for .5 s."""
     width = round(0.5 / step) | 1
     span = maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0)
-    return np.asarray(span <= 1.5 * resolution)
+    return np.asarray(span <= counts * resolution)
 
 
 def records_of(logs: Sequence[Log], rig: Any, settled: bool = False) -> tuple[Record, ...]:
-    """Prepare the logs of a rig; an axis that rests in most of the samples counts nowhere, it is left to its priors."""
+    """Prepare the logs of a rig; an axis that rests in most of the samples counts nowhere, it is left to its priors.
+
+    Here it rests within 2.5 counts: a loop around so few counts is a limit cycle, and no encoder errs at random in it.
+    """
     records = [record_of(log, rig, settled) for log in logs]
-    rests = [find_rests(r.angles, r.step, rig.resolution)[r.time > SETTLING] for r in records]
+    rests = [find_rests(r.angles, r.step, rig.resolution, 2.5)[r.time > SETTLING] for r in records]
     moving = 1.0 - np.vstack(rests).mean(0)
     for record in records:
         record.weights[:, moving < 0.5] = 0.0
