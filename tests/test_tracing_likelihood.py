@@ -189,7 +189,7 @@ def test_a_resting_axis_counts_nowhere_nor_a_passage_that_is_left_out_until_the_
     assert weights[:, 1].sum() == 0.0 and weights[:, 0].mean() > 0.9
     assert records_of((still,), rig)[0].weights[:, 1].sum() == 0.0
     cycle = angles.copy()
-    cycle[:, 1] += rig.resolution[1] * (np.arange(len(angles)) // 20 % 3)  # a limit cycle of two counts
+    cycle[:, 1] += rig.resolution[1] * (np.arange(len(angles)) // 20 % 3)  # a limit cycle of at most two counts
     assert records_of((replace(still, angles=cycle),), rig)[0].weights[:, 1].sum() == 0.0
     event = Event(log.name, "pitch", 10.0 + MARGIN, 12.0 - MARGIN, 10.0, 12.0, "slip", 0.0)
     record = record_of(replace(log, events=(event,)), rig)

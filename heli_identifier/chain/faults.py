@@ -57,6 +57,7 @@ class Fault:
     """(logged, h, size) -> the true signal, shape (N,)."""
     advice: str
     """What to do in the laboratory."""
+    where: str = "In your log, not in your rig"
 
     @property
     def family(self) -> str:
@@ -159,8 +160,10 @@ FAULTS: tuple[Fault, ...] = (
     *(Fault("backlash", axis, f"the {axis}'s encoder has {{size}} of backlash", "rad", 0.0, 0.06, 0.002, _undo_backlash,
             f"Turn the {axis} by hand to and fro: the encoder has to follow at once. Tighten its gear or coupling.")
       for axis in ANGLES),
-    Fault("scale", "v_front", "v_front is 1 + {size} times what is logged, if the rotors pull alike", "1",
-          -0.5, 0.5, 0.02, _undo_scale,
-          "Measure both voltages at the motors with a meter while the log runs, and correct the factor of the column."),
+    Fault("scale", "v_front", "the front rotor pulls as the rear one would under 1 + {size} times the logged v_front",
+          "1", -0.5, 0.5, 0.02, _undo_scale,
+          "Measure both voltages at the motors with a meter while the log runs. If the log is wrong, correct the column's "
+          "factor; otherwise the rotors differ, and the corrected plant takes v_front times this factor.",
+          "In your log or in your rotors"),
 )  # fmt: skip
 """The catalogue of faults that are searched in the likelihood."""

@@ -65,9 +65,9 @@ def design(
             refuse(not isinstance(pid, PidSettings), f"{controller} holds no PID; take one of --kind pid.")
         limits = tools.Limits(plant.v_max, pitch_limit, elevation_limit)
         with progress_bar() as progress:
-            ranked = tools.rank_flights(plant, pid, hover, duration, limits, progress)
-        refuse(not ranked, f"no flight {no_flight} of the hover; widen the limits.")
-        print_answer(json, results.to_json_value(ranked), [tools.flight_table(ranked)])
+            flights = tools.rank_flights(plant, pid, hover, duration, limits, progress)
+        refuse(not flights, f"no flight {no_flight} of the hover; widen the limits.")
+        print_answer(json, results.to_json_value(flights), [tools.flight_table(flights)])
         return
     entries = tools.find_effects(named)
     plant, limits = _read_plant(parameters), tools.Limits(voltage_limit, pitch_limit, elevation_limit)

@@ -96,10 +96,13 @@ def select(null: Fit, candidates: Sequence[Candidate], start: Fit | None = None)
 
 
 def _is_needless(form: Scores, finding: Finding) -> bool:
-    """Whether a refit shows an effect of the set to be worth less than its entry, or a fault too short for any log."""
-    fault = finding.effect.fault
-    on_time = fault is not None and fault.unit == "s" and form.fitted.likelihood.faults[fault] < TIMED
-    return on_time or finding.stated_score < form.entry_score(finding.effect.field)
+    """Whether a refit shows an effect to be worth less than its entry, or a fault is less than its log resolves."""
+    if (fault := finding.effect.fault) is not None:
+        rig, size = form.fitted.likelihood.rig, form.fitted.likelihood.faults[fault]
+        count = dict(zip(rig.axes, rig.resolution, strict=True)).get(fault.channel, 0.0)
+        if size < {"s": TIMED, "rad": 1.5 * count}.get(fault.unit, -np.inf):  # a late channel; backlash
+            return True
+    return finding.stated_score < form.entry_score(finding.effect.field)
 
 
 def _fit_entered(form: Scores, chosen: Sequence[str]) -> Fit:
