@@ -16,11 +16,7 @@ and when has the Kalman filter of x'' = -a x - b x' + d + g, d' = -d/tau + white
 makes of g the innovations' mean psi, of variance S; after a time t it has J(t) = sum psi^2/S of information. The 20 s
 of excited flight are over 20 s after the change, or when J reaches J* = 40, whichever is later.
 
-J* follows from one false alarm in T = 10 h of M = 32 tests (16 changes, either sign). A detector that looks back over
-20 s at every instant has, without a change, a normal statistic of triangular correlation, which exceeds u by chance
-u phi(u)/(20 s) times per second (Pickands 1969). So u phi(u) = 20 s/(M T), u = 4.82, and (u + 1.645)^2 = 41.8 of
-information would do in 95 %; simulated, 40 do, because the statistic may exceed u earlier. One look at the end of the
-20 s, z = 4.14, would need 33.5, but only who knows when the change took place can look then. A CUSUM needs 44.
+J* is derived in docs/explanation/following.md.
 """
 
 import math

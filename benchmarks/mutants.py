@@ -67,8 +67,8 @@ class Tree:
         self.root = folder / commit
         self.root.mkdir()
         subprocess.run(f"git archive {commit} | tar -x -C {self.root}", shell=True, cwd=ROOT, check=True)
-        names = ("heli_plant", "heli_identifier", "fmu_src")
-        paths = sorted(path for name in names for path in (self.root / name).rglob("*.py"))
+        tops = ("heli_plant", "heli_identifier", "fmu_src")
+        paths = sorted(path for top in tops for path in self.root.glob(f"{top}/**/*.py"))
         found = (mutants_of(path.relative_to(self.root).as_posix(), path.read_text()) for path in paths)
         self.mutants = {mutant: (token, replacement) for mutant, token, replacement in chain.from_iterable(found)}
 
@@ -97,12 +97,10 @@ class Tree:
         """Whether a test file passes, and ends in time; pytest runs ``under`` another module, or alone."""
         options = ("-x", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow")
         command = [sys.executable, "-m", *under, "pytest", *options, str(test)]
-        environment = {"PYTHONPATH": str(self.root), "COVERAGE_FILE": str(test.with_suffix(".coverage"))}
-        environment["PYTHONDONTWRITEBYTECODE"] = "1"  # a mutant may have size and time of its original
+        own = {"PYTHONPATH": str(self.root), "COVERAGE_FILE": str(test.with_suffix(".coverage"))}
+        own["PYTHONDONTWRITEBYTECODE"] = "1"  # a mutant may have size and time of its original
         with suppress(subprocess.TimeoutExpired):  # the file hangs: without a mutant none takes half as long
-            done = subprocess.run(
-                command, cwd=self.root, env=os.environ | environment, timeout=600.0, capture_output=True
-            )
+            done = subprocess.run(command, cwd=self.root, env=os.environ | own, timeout=600.0, capture_output=True)
             return done.returncode in (0, 5)  # 5: all of its tests are slow
         return False
 
@@ -124,18 +122,15 @@ class Tree:
     def mutate(self, mutant: Mutant) -> str:
         """Return the text of a file with a mutant."""
         token, replacement = self.mutants[mutant]
-        lines = (self.root / mutant.path).read_text(encoding="utf-8").splitlines(keepends=True)
-        line = lines[token.start[0] - 1]
-        lines[token.start[0] - 1] = line[: token.start[1]] + replacement + line[token.end[1] :]
+        lines, row = (self.root / mutant.path).read_text(encoding="utf-8").splitlines(keepends=True), token.start[0] - 1
+        lines[row] = lines[row][: token.start[1]] + replacement + lines[row][token.end[1] :]
         return "".join(lines)
 
     def is_program(self, mutant: Mutant) -> bool:
         """Whether Python can parse a mutant: a star before an argument is no product."""
-        try:
-            compile(self.mutate(mutant), mutant.path, "exec")
-        except SyntaxError:
-            return False
-        return True
+        with suppress(SyntaxError):
+            return bool(compile(self.mutate(mutant), mutant.path, "exec"))
+        return False
 
 
 def mutants(sample: int = 40, seed: int = 26, against: str | None = None, budget: float = 120.0) -> None:

@@ -15,7 +15,7 @@ from heli_identifier.tracing import helicopter, sensitivity
 from heli_identifier.tracing import noise as filters
 from heli_identifier.tracing.fit import Fit, bounded_step, covariance, fit, fit_log_spread, known_fit
 from heli_identifier.tracing.rig import block_samples, record_of, records_of
-from heli_identifier.tracing.settings import COLOURED, OUTLIER, PER_LOG_PRIOR, SETTLING
+from heli_identifier.tracing.settings import COLOURED, OUTLIER, PER_LOG_PRIOR
 from heli_plant.laws import thrust_voltage
 from tests.blind.generator import Case
 from tests.blind.windy import windy_rig

@@ -162,8 +162,8 @@ FAULTS: tuple[Fault, ...] = (
       for axis in ANGLES),
     Fault("scale", "v_front", "the front rotor pulls as the rear one would under 1 + {size} times the logged v_front",
           "1", -0.5, 0.5, 0.02, _undo_scale,
-          "Measure both voltages at the motors with a meter while the log runs. If the log is wrong, correct the factor "
-          "there; otherwise the rotors differ, and the corrected plant takes v_front times this factor.",
+          "Measure both voltages at the motors while the log runs. Correct a wrong factor of the log. If it "
+          "is right, the rotors differ, and the corrected plant takes v_front times this factor.",
           "In your log or in your rotors"),
 )  # fmt: skip
 """The catalogue of faults that are searched in the likelihood."""
