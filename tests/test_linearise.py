@@ -46,6 +46,12 @@ def test_the_plant_stays_at_its_operating_point(pitch):
     assert np.abs(states[:, 5] - point.travel_rate).max() < 2e-8
 
 
+def test_a_heavy_rig_whose_thrust_goes_with_the_square_of_the_voltage_hovers_where_its_thrust_lifts_it():
+    """4 V and 164 V of thrust each; the pitch at rest needs some tenths of a volt between the rotors."""
+    plant = TABLE_2._replace(k_x=0.02, k_z=0.003, k_y=-0.003, quadratic_thrust_rotors=10.0, a_1=0.006 * 164.0)
+    assert operating_point(plant).lift == pytest.approx(8.0, abs=0.1)
+
+
 def test_the_matrices_are_the_partial_derivatives_of_the_simplified_model():
     pitch, p = 0.1, TABLE_2
     point = operating_point(p, pitch, 0.2)

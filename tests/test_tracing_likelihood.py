@@ -161,6 +161,17 @@ def test_bounds_hold_and_the_rest_is_minimised():
     np.testing.assert_allclose(s, [1.0, -0.5])
 
 
+def test_the_unit_takes_every_plant_at_the_bound_of_a_coordinate(clean):
+    """A bound passed by rounding would lose the whole diagnosis where the unit is built."""
+    fitted, rig = clean[2], clean[2].likelihood.rig
+    for name in (effect.field for effect in rig.candidates):
+        coordinate = rig.coordinate(name, fitted.parameters)
+        for bound in filter(np.isfinite, coordinate.bounds):
+            with np.errstate(all="ignore"):  # it need not fly
+                p = Fit.at(fitted.likelihood, (coordinate,), np.array([bound]), fitted.point).parameters
+            assert coordinate.lower <= getattr(p, name) <= coordinate.upper
+
+
 @pytest.mark.parametrize("height, flexing, again", [(-0.5, 0.0, 25.0), (-0.5, 0.005, 25.0), (0.0, 0.0, 22.75)])
 def test_the_filter_settles_after_a_table_held_the_arm_and_goes_on_after_a_rest_on_its_way(
     clean, height, flexing, again

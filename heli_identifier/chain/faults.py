@@ -45,7 +45,7 @@ class Fault:
     channel: str
     """`voltages`, `v_front` or an angle."""
     law: str
-    """A clause that describes the fault, with the ``size``."""
+    """A clause that describes the fault, with the ``size`` or the ``factor`` 1 + size."""
     unit: str
     """Unit of the size."""
     lower: float
@@ -160,7 +160,7 @@ FAULTS: tuple[Fault, ...] = (
     *(Fault("backlash", axis, f"the {axis}'s encoder has {{size}} of backlash", "rad", 0.0, 0.06, 0.002, _undo_backlash,
             f"Turn the {axis} by hand to and fro: the encoder has to follow at once. Tighten its gear or coupling.")
       for axis in ANGLES),
-    Fault("scale", "v_front", "the front rotor pulls as the rear one would under 1 + {size} times the logged v_front",
+    Fault("scale", "v_front", "the front rotor pulls as the rear one would under {factor} times the logged v_front",
           "1", -0.5, 0.5, 0.02, _undo_scale,
           "Measure both voltages at the motors while the log runs. Correct a wrong factor of the log. If it "
           "is right, the rotors differ, and the corrected plant takes v_front times this factor.",

@@ -168,6 +168,8 @@ def effect_table(diagnosis: Diagnosis) -> Table:
     for effect in (*diagnosis.effects, *diagnosis.possible):
         gain = "–" if effect.left_out_gain is None else f"{effect.left_out_gain:+z.1f}".replace("-", "−")
         in_plant = f"table.{effect.axis}.*" if isinstance(effect.shape, CurveShape) else "yes"
+        if effect.verdict is Verdict.POSSIBLE and effect.left_out_gain is None:
+            in_plant = "as on every rig"
         coefficient = words.with_interval(effect.coefficient) if effect.coefficient else "–"
         cells = (words.effect_title(effect), effect.verdict, coefficient, words.to_digits(effect.score), gain)
         rows.append((*cells, in_plant if effect.in_plant else "no", words.name_alternatives(effect)))

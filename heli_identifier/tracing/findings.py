@@ -111,7 +111,7 @@ def log_faults(selection: Selection, defects: Sequence[Defect]) -> tuple[LogFaul
     for finding in selection.findings:
         if (fault := finding.effect.fault) is not None and fault.family not in imitated:
             size = Estimate(selection.fit.likelihood.faults[fault], finding.score.standard_error, fault.unit)
-            law = fault.law.format(size=f"{size.value:.3g}{_unit_suffix(fault.unit)}").replace("+ -", "- ")
+            law = fault.law.format(size=f"{size.value:.3g}{_unit_suffix(fault.unit)}", factor=f"{1.0 + size.value:.3g}")
             words = f"{fault.where}: {law}; this was undone before the search for effects"
             others = tuple((other.name, other.axis) for other in finding.alternatives)
             found.append(LogFault(fault.name, fault.channel, words, size, finding.stated_score, others, fault.advice))
