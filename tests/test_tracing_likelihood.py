@@ -17,6 +17,7 @@ from heli_identifier.tracing.fit import Fit, bounded_step, covariance, fit, fit_
 from heli_identifier.tracing.rig import block_samples, record_of, records_of
 from heli_identifier.tracing.settings import COLOURED, OUTLIER, PER_LOG_PRIOR
 from heli_plant.laws import thrust_voltage
+from heli_plant.parameters import BY_FIELD
 from tests.blind.generator import Case
 from tests.blind.windy import windy_rig
 
@@ -161,15 +162,14 @@ def test_bounds_hold_and_the_rest_is_minimised():
     np.testing.assert_allclose(s, [1.0, -0.5])
 
 
-def test_the_unit_takes_every_plant_at_the_bound_of_a_coordinate(clean):
-    """A bound passed by rounding would lose the whole diagnosis where the unit is built."""
-    fitted, rig = clean[2], clean[2].likelihood.rig
-    for name in (effect.field for effect in rig.candidates):
-        coordinate = rig.coordinate(name, fitted.parameters)
-        for bound in filter(np.isfinite, coordinate.bounds):
-            with np.errstate(all="ignore"):  # it need not fly
-                p = Fit.at(fitted.likelihood, (coordinate,), np.array([bound]), fitted.point).parameters
-            assert coordinate.lower <= getattr(p, name) <= coordinate.upper
+def test_a_thrust_at_the_bound_of_its_curve_is_one_that_the_unit_takes(clean):
+    """Its coordinate depends on the voltage of hover, and rounding would pass the bound at some of them."""
+    likelihood, field = clean[2].likelihood, "quadratic_thrust_rotors"
+    for hover in np.linspace(1.0, 5.0, 41).tolist():
+        rig = replace(likelihood.rig, operating_point=hover)
+        coordinate = rig.coordinate(field, clean[2].parameters)
+        at = Fit.at(replace(likelihood, rig=rig), (coordinate,), np.array(coordinate.bounds[1:]), clean[2].point)
+        assert at.parameters.quadratic_thrust_rotors <= BY_FIELD[field].maximum
 
 
 @pytest.mark.parametrize("height, flexing, again", [(-0.5, 0.0, 25.0), (-0.5, 0.005, 25.0), (0.0, 0.0, 22.75)])
