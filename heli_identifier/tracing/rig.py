@@ -297,9 +297,9 @@ def spans(angles: Array, step: float) -> Array:
 def records_of(logs: Sequence[Log], rig: Any, settled: bool = False) -> tuple[Record, ...]:
     """Prepare the logs of a rig; an axis that hardly moves counts nowhere, it is left to its priors.
 
-    It moves if it passes more than five counts of its encoder within .5 s in a twentieth of the flight. From an amplitude
-    of 2.5 counts on the describing function of a quantiser is within 10 % of 1 (Gelb and Vander Velde 1968). Below that
-    a loop may be a limit cycle around some counts, and its voltages tell nothing of the rig's gain.
+    It moves if it passes more than five counts of its encoder within .5 s in a twentieth of the flight. The describing
+    function of a quantiser is within 10 % of 1 from an amplitude of 2.5 counts on (Gelb and Vander Velde 1968). Below
+    that a loop may be a limit cycle around some counts, and its voltages tell nothing of the rig's gain.
     """
     records = [record_of(log, rig, settled) for log in logs]
     moved = np.vstack([spans(record.angles, record.step)[record.time > SETTLING] for record in records])
