@@ -173,6 +173,27 @@ def flight(seed, control=LAW):
     return Log(f"log {seed}", HZ, flown[3], flown[0], references={"pitch": asked[:, 0], "elevation": asked[:, 1]})
 
 
+def landing(seed):
+    """40 s of a heavy rig, from a table that gives way into the air, and down again with the controller on."""
+    rng, n = np.random.default_rng(seed), 4000
+    rig, time = Coefficients(a_1=0.8, a_e=0.9, table_angle=-0.45), np.arange(n) / HZ
+    aloft = np.clip(time / 4.0, 0.0, 1.0) * np.clip((36.0 - time) / 4.0, 0.0, 1.0)
+    pitch, elevation = (smoothed_steps(rng, n, 0.1) for _ in range(2))
+    asked = np.column_stack([pitch, aloft * (1.0 + elevation) - 1.0, np.zeros(n)])
+    air = room_torque(rng.standard_normal((10 * n + 1, 3)), 1.0, 0.4) * (0.08, 0.03, 0.01)
+    law, start = LAW._replace(mu_s0=0.8 / rig.k_z, k_pe=6.0, k_de=7.0), np.array([0.0, -0.45, 0.0])
+    flown = fly(np.zeros((n, 2)), start, rig, air, np.zeros((n, 3)), references=asked, control=law)
+    return Log(f"log {seed}", HZ, flown[3], flown[0], references={"pitch": pitch, "elevation": asked[:, 1]})
+
+
+def test_a_table_is_no_ground_effect_and_a_landing_no_gain():
+    """Fitted as flight they are an effect of 120 nats, a curve of 66, and twice the gain; 3.5 standard errors hold."""
+    found = identify_plant([landing(seed) for seed in range(3)])
+    gain = found.parameters["k_z"].estimate
+    assert not found.effects[0]
+    assert abs(gain.value - Coefficients().k_z) < 3.5 * gain.standard_error < 0.3 * gain.value
+
+
 def test_what_the_pilot_asked_for_is_accepted_in_nine_of_ten_logs_and_feedback_in_disguise_in_none():
     """Few steps per log: by chance one in a hundred is refused (the scale is the largest of 99 shifts)."""
     logs = [flight(seed) for seed in range(10)]

@@ -28,10 +28,10 @@ ALONE = (
 
 SHAPES = {
     "stribeck_rate": 0.05, "presliding": 0.0, "ground_angle": -0.2, "ground_length": 0.15, "mass_time": 0.0,
-    "bending_frequency": 3.0, "bending_damping": 0.05, "elevation_zero": 0.0,
+    "bending_frequency": 3.0, "bending_damping": 0.05, "elevation_zero": 0.0, "table_angle": -9.0,
 }  # fmt: skip
 """Further numbers of the laws [rad/s], [rad], [s], [Hz], [1]; the arm is horizontal where the elevation encoder reads
-minus `elevation_zero` [rad]."""
+minus `elevation_zero` [rad], and lies on a table that gives way below `table_angle` [rad]."""
 
 _NUMBERS = BASE | dict.fromkeys([f"{own}_{axis}" for own in ON_AXES for axis in ON_AXES[own]], 0.0)
 _NUMBERS |= dict.fromkeys(ALONE, 0.0) | SHAPES

@@ -316,6 +316,8 @@ def accelerations(t, q, w, mu_s, mu_d, p, u, room):
     a[0] = pitch_torque(q[0], q[1], w[0], w[1], w[2], mu_s, mu_d, p)
     a[1] = elevation_torque(t, q[0], q[1], w[0], w[1], w[2], mu_s, p)
     a[2] = travel_torque(q[0], q[1], q[2], w[1], w[2], mu_s, p)
+    if q[1] < p.table_angle:
+        a[1] += max(0.0, 800.0 * (p.table_angle - q[1]) - 40.0 * w[1])
     for i in range(3):
         a[i] += room[i]
     a[2] += p.product_of_inertia * a[0]
