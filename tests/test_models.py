@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from heli_identifier.tools.linearisation import linear_model
 from heli_identifier.tools.margins import close_loop
-from heli_plant.control import AxisGains, PidSettings, PidState, pid_step, start_pid
+from heli_plant.control import AxisGains, PidSettings, PidState, pid_step, start_pid, step_references
 from heli_plant.effects.arm import inertial_coupling_pitch
 from heli_plant.models import GRAVITY, general_accelerations, simplified_accelerations
 from heli_plant.parameters import TABLE_2
@@ -168,6 +168,12 @@ def test_default_travel_loop_is_stable_wherever_there_is_lift_and_needs_it():
             assert damping(s) > 0.5
     # below .055 rad the rotors pull downwards, and a pitch drives the travel the wrong way
     assert max(modes(0.03, TRAVEL).real) > 0.0
+
+
+def test_references_rise_at_their_instant_and_not_before():
+    before, rises = (0.1, 0.2, 0.3), (0.01, -0.02, 0.03)
+    assert step_references(before, rises, 4.99, 5.0) == before
+    assert step_references(before, rises, 5.0, 5.0) == pytest.approx((0.11, 0.18, 0.33))
 
 
 @given(*[st.floats(-1.0, 1.0)] * 5)

@@ -229,8 +229,10 @@ def test_lost_samples_are_lost_and_no_coarse_print(rate_hz, count, lost, seen):
 def test_jitter_of_either_sign_still_shows_the_rate_of_the_clock(seed, spread):
     # Up to a fifth of a step either way no interval rounds to another number of steps than one.
     random = np.random.default_rng(seed)
-    found, grid, notes = sampling_of((np.arange(2000) + random.uniform(-spread, spread, 2000)) / 100.0)
+    samples = np.arange(2000) + random.uniform(-spread, spread, 2000)
+    found, grid, notes = sampling_of(samples / 100.0)
     assert grid is not None and "uneven" in notes[0] and found == 100.0
+    assert sampling_of(samples / 100.4)[0] == pytest.approx(100.4, abs=0.1)  # it need not be whole
 
 
 def test_the_longest_bridged_gap_is_five_steps_and_a_longer_one_names_its_row():
