@@ -4,6 +4,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from math import floor, isfinite, log10
 
+from scipy.special import chdtri
+
 from heli_identifier import tracing
 from heli_identifier.online import Estimate
 from heli_identifier.results.diagnosis import AxisReport, DiagnosisFile, ErrorFigure, Use
@@ -219,7 +221,10 @@ def held_out_sentence(diagnosis: DiagnosisFile) -> str:
     if held_out.chi2:
         (before, _), (after, freedom) = held_out.chi2["before"], held_out.chi2["after"]
         chi2 = f"chi2 = {to_digits(before)} before and {to_digits(after)} after"
-        warning += f" By the references of the training logs, {chi2}; about {freedom} is expected of a true plant."
+        expected = (
+            f"about {freedom} is expected of a true plant, more than {chdtri(freedom, 0.05):.0f} of one in twenty"
+        )
+        warning += f" By the references of the training logs, {chi2}; {expected}."
     likelihoods = (
         f"The log-likelihood of the held-out logs goes from {held_out.before:.1f} to {held_out.after:.1f} nats per "
         f"second: {gain.value:+z.0f} nats ({gain.low:z.0f} to {gain.high:z.0f}) in {held_out.seconds:.0f} s."
