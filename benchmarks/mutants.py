@@ -2,8 +2,8 @@
 
 Each mutant changes one comparison, sign, product, number, min or max, or drops a ``raise``. In a copy of the tree the
 test files are tried, those first that run its line, until one fails or ``--budget`` seconds are over. Which lines a
-test file runs is measured once, for a quarter of an hour. ``--sample`` mutants are drawn with
-``--seed``; ``--against COMMIT`` draws them from lines that this commit has too, and tries its tests on a survivor.
+test file runs is measured once, for a quarter of an hour. ``--sample`` mutants are drawn with ``--seed``; ``--against
+COMMIT`` draws them from lines that this commit has too, and tries its tests on a survivor.
 """
 
 import os

@@ -58,6 +58,7 @@ class Fault:
     advice: str
     """What to do in the laboratory."""
     where: str = "In your log, not in your rig"
+    """Where the fault lies, as the report says it."""
 
     @property
     def family(self) -> str:

@@ -28,10 +28,12 @@ from .settings import (
     DIFFERENCE,
     ESTABLISHED,
     FARTHEST,
+    MOVING,
     RECORD_STEP,
     REFITTED,
     SETTLING,
     SLOW_RATE,
+    STILL,
     UNKNOWN,
 )
 
@@ -270,18 +272,18 @@ def average_blocks(log: Log, held: Array) -> Array:
 def record_of(log: Log, rig: Any, settled: bool = False) -> Record:
     """Prepare a log; its events, and its start if the filter is not ``settled`` there, do not count.
 
-    Nor does an axis that stays within 1.5 counts of its encoder for .5 s: it rests or sticks. Where it stays for .5 s
-    near its lowest angle a table may carry it, which no plant has: the filter settles after that as after a push.
+    Nor does an axis that stays within :data:`.settings.STILL` counts for .5 s: it rests or sticks. Where it stays near
+    its lowest angle for .5 s a table may carry it, which no plant has: the filter settles after that as after a push.
     """
     n, voltages = block_samples(log), average_blocks(log, log.voltages)
     step, count = n / log.rate_hz, len(voltages)
     read = np.unique(np.linspace(0, n - 1, 4).round().astype(int))
     angles = log.angles if n == 1 else log.angles[: count * n].reshape(count, n, -1)[:, read].mean(1)
     time = np.arange(count, dtype=np.float64) * step
-    moves, begun = spans(angles, step) > 1.5 * rig.resolution, rig.initial_state(angles, voltages, step)
+    moves, begun = spans(angles, step) > STILL * rig.resolution, rig.initial_state(angles, voltages, step)
     for axis in rig.carried:
         height = angles[:, axis] - angles[:, axis].min()
-        low = height <= max(1.5 * rig.resolution[axis], 0.03 * height.max())  # a table gives way
+        low = height <= max(STILL * rig.resolution[axis], 0.03 * height.max())  # a table gives way
         lies, past = binary_opening(low, np.ones(round(0.5 / step))), round(SETTLING / step)
         moves[:, axis] &= ~maximum_filter1d(lies, past + 1, origin=past // 2, mode="constant")
     inputs, angles = np.ascontiguousarray(voltages), np.ascontiguousarray(angles)
@@ -297,13 +299,12 @@ def spans(angles: Array, step: float) -> Array:
 def records_of(logs: Sequence[Log], rig: Any, settled: bool = False) -> tuple[Record, ...]:
     """Prepare the logs of a rig; an axis that hardly moves counts nowhere, it is left to its priors.
 
-    It moves if it passes more than five counts of its encoder within .5 s in a twentieth of the flight. The describing
-    function of a quantiser is within 10 % of 1 from an amplitude of 2.5 counts on (Gelb and Vander Velde 1968). Below
-    that a loop may be a limit cycle around some counts, and its voltages tell nothing of the rig's gain.
+    It moves if it passes more than :data:`.settings.MOVING` counts of its encoder within .5 s in a twentieth of the
+    flight.
     """
     records = [record_of(log, rig, settled) for log in logs]
     moved = np.vstack([spans(record.angles, record.step)[record.time > SETTLING] for record in records])
     for record in records:
-        record.weights[:, np.quantile(moved, 0.95, axis=0) <= 5.5 * rig.resolution] = 0.0
+        record.weights[:, np.quantile(moved, 0.95, axis=0) <= MOVING * rig.resolution] = 0.0
         record.weights.flags.writeable = False
     return tuple(records)

@@ -18,7 +18,7 @@ from .fit import Fit, fit
 from .likelihood import Point
 from .rig import Candidate
 from .score import Score, Scores
-from .settings import CATALOGUE_WIDTHS, KEPT, REFITTED, ROUGHLY, SMOOTH_NATS, TIMED, UNKNOWN
+from .settings import CATALOGUE_WIDTHS, KEPT, REFITTED, ROUGHLY, SMOOTH_NATS, STILL, TIMED, UNKNOWN
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +100,7 @@ def _is_needless(form: Scores, finding: Finding) -> bool:
     if (fault := finding.effect.fault) is not None:
         rig, size = form.fitted.likelihood.rig, form.fitted.likelihood.faults[fault]
         count = dict(zip(rig.axes, rig.resolution, strict=True)).get(fault.channel, 0.0)
-        if size < {"s": TIMED, "rad": 1.5 * count}.get(fault.unit, -np.inf):  # a late channel; backlash
+        if size < {"s": TIMED, "rad": STILL * count}.get(fault.unit, -np.inf):  # a late channel; backlash
             return True
     return finding.stated_score < form.entry_score(finding.effect.field)
 
