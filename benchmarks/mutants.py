@@ -1,33 +1,33 @@
 """Mutants: how many wrong laws, signs, numbers, bounds and checks the tests notice.
 
-Each mutant changes one comparison, sign, product, number, min or max, or drops a ``raise``. In a copy of the tree the
-test files are tried, those first that run its line, until one fails or ``--budget`` seconds are over. Which lines a
-test file runs is measured once, for a quarter of an hour. ``--sample`` mutants are drawn with ``--seed``; ``--against
-COMMIT`` draws them from lines that this commit has too, and tries its tests on a survivor.
+Each mutant changes one comparison, sign, product, number, min or max, or drops a ``raise``. Test functions are tried in
+a copy of the tree until one fails: those that run its line, the quickest first, then those that run most of its module,
+as many as take ``--budget`` seconds. Their times and lines are measured once, for a quarter of an hour. ``--sample``
+mutants are drawn with ``--seed``; ``--against COMMIT`` draws from lines that it has too, and its tests try survivors.
 """
 
 import os
 import random
-import subprocess
 import sys
 import tempfile
 from ast import literal_eval
 from collections import Counter
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import cached_property
 from io import StringIO
 from itertools import chain, count, islice
+from json import loads
+from math import inf
 from pathlib import Path
-from time import monotonic
+from subprocess import CompletedProcess, TimeoutExpired, run
 from token import NAME, NUMBER, OP
 from tokenize import TokenInfo, generate_tokens
 from typing import NamedTuple
 
 from coverage import CoverageData
 
-from benchmarks.harness import ROOT, table
+from benchmarks.harness import ROOT
 
 SWAPS = {
     "<": ("bound", "<="), "<=": ("bound", "<"), ">": ("bound", ">="), ">=": ("bound", ">"), "==": ("bound", "!="),
@@ -35,6 +35,20 @@ SWAPS = {
     "*": ("law", "/"), "/": ("law", "*"), "raise": ("check", "pass;"),
 }  # fmt: skip
 """Kind of a mutant and the replacement of a word; numbers are doubled."""
+
+TOPS = ("heli_plant", "heli_identifier", "fmu_src")
+
+MEASURE = """
+import collections, coverage, json, math
+times = collections.Counter()
+def pytest_runtest_logstart(nodeid):
+    coverage.Coverage.current().switch_context(nodeid.partition("[")[0])
+def pytest_runtest_logreport(report):
+    times[report.nodeid.partition("[")[0]] += math.inf if report.failed else report.duration
+def pytest_sessionfinish():
+    print(json.dumps(times), file=open("times.json", "w"))
+"""
+"""Plugin of pytest: a context of coverage for each test function, whose time [s] is infinite if it fails."""
 
 
 class Mutant(NamedTuple):
@@ -65,88 +79,75 @@ class Tree:
 
     def __init__(self, commit: str, folder: Path) -> None:
         self.root = folder / commit
-        self.root.mkdir()
-        subprocess.run(f"git archive {commit} | tar -x -C {self.root}", shell=True, cwd=ROOT, check=True)
-        tops = ("heli_plant", "heli_identifier", "fmu_src")
-        paths = sorted(path for top in tops for path in self.root.glob(f"{top}/**/*.py"))
+        run(f"mkdir {self.root} && git archive {commit} | tar -x -C {self.root}", shell=True, cwd=ROOT, check=True)
+        (self.root / "measure.py").write_text(MEASURE)
+        paths = sorted(path for top in TOPS for path in self.root.glob(f"{top}/**/*.py"))
         found = (mutants_of(path.relative_to(self.root).as_posix(), path.read_text()) for path in paths)
         self.mutants = {mutant: (token, replacement) for mutant, token, replacement in chain.from_iterable(found)}
 
     @cached_property
-    def lines(self) -> dict[Path, set[tuple[str, int]]]:
-        """Files and lines that each test file runs in its own process, not compiled."""
-        tests = sorted((self.root / "tests").glob("test_*.py"))
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
-            return dict(zip(tests, pool.map(self.lines_run, tests), strict=True))
-
-    def lines_run(self, test: Path) -> set[tuple[str, int]]:
-        """Return files and lines that a test file runs; none if it fails without a mutant."""
-        if not self.passes(test, "coverage", "run", f"--source={self.root}", "-m"):
-            return set()
-        data = CoverageData(str(test.with_suffix(".coverage")))
+    def measured(self) -> tuple[dict[str, float], dict[str, dict[int, list[str]]]]:
+        """Times of the test functions [s], and those that run each line of each file, not compiled."""
+        self.pytest("-p", "measure", under=("coverage", "run", f"--source={','.join(TOPS)}", "-m"))
+        data = CoverageData(str(self.root / ".coverage"))
         data.read()
-        return {(path, line) for path in data.measured_files() for line in data.lines(path) or ()}
+        lines = {path: data.contexts_by_lineno(path) for path in data.measured_files()}
+        return loads((self.root / "times.json").read_text()), lines
 
-    def tests_of(self, mutant: Mutant) -> list[Path]:
-        """Return the test files, in order: those that run a line, those that run most of its module."""
-        file, line = str(self.root / mutant.path), self.mutants[mutant][0].start[0]
-        shares = {test: sum(path == file for path, _ in lines) for test, lines in self.lines.items() if lines}
-        return sorted(shares, key=lambda test: ((file, line) in self.lines[test], shares[test]), reverse=True)
+    def tests_of(self, mutant: Mutant, budget: float) -> Iterator[str]:
+        """Yield the test functions to try, in order, that take ``budget`` [s] together without the mutant."""
+        times, lines = self.measured[0], self.measured[1].get(str(self.root / mutant.path), {})
+        # what follows on the next line, and what is compiled, has no line of its own
+        row = max((row for row in lines if row <= self.mutants[mutant][0].start[0]), default=0)
+        run_it = sorted(lines.get(row, ()), key=lambda test: times.get(test, inf))
+        for test in dict.fromkeys([*run_it, *dict(Counter(chain(*lines.values())).most_common())]):
+            if times.get(test, inf) <= budget:
+                budget -= times[test]
+                yield test
 
-    def passes(self, test: Path, *under: str) -> bool:
-        """Whether a test file passes, and ends in time; pytest runs ``under`` another module, or alone."""
-        options = ("-x", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow")
-        command = [sys.executable, "-m", *under, "pytest", *options, str(test)]
-        own = {"PYTHONPATH": str(self.root), "COVERAGE_FILE": str(test.with_suffix(".coverage"))}
-        own["PYTHONDONTWRITEBYTECODE"] = "1"  # a mutant may have size and time of its original
-        with suppress(subprocess.TimeoutExpired):  # the file hangs: without a mutant none takes half as long
-            done = subprocess.run(command, cwd=self.root, env=os.environ | own, timeout=600.0, capture_output=True)
-            return done.returncode in (0, 5)  # 5: all of its tests are slow
-        return False
+    def pytest(self, *options: str, under: Sequence[str] = (), timeout: float | None = None) -> CompletedProcess[str]:
+        """Run pytest in the tree, under another module or alone."""
+        command = [sys.executable, "-m", *under, "pytest", "-p", "no:xdist", "-p", "no:cacheprovider", "-m", "not slow"]
+        env = os.environ | {"PYTHONPATH": str(self.root), "HELI_CACHE_DIR": str(self.root / "compiled")}
+        return run([*command, *options], cwd=self.root, env=env, capture_output=True, text=True, timeout=timeout)
 
     def try_mutant(self, mutant: Mutant, budget: float) -> str:
-        """Say which test file kills a mutant, or how many did not within ``budget`` [s]."""
-        start, tests, file = monotonic(), self.tests_of(mutant), self.root / mutant.path
-        original = file.read_text(encoding="utf-8")
-        file.write_text(self.mutate(mutant), encoding="utf-8")
+        """Say which test kills a mutant, or how many did not that take ``budget`` [s] together."""
+        tests, file, mutated = list(self.tests_of(mutant, budget)), self.root / mutant.path, self.mutate(mutant)
+        original = file.rename(file.with_suffix(".original"))  # keeps its time: what is compiled stays valid
+        file.write_text(mutated, encoding="utf-8")
         try:
-            for number, test in enumerate(tests):
-                if monotonic() - start > budget:
-                    return f"survived {number} of {len(tests)} files"
-                if not self.passes(test):
-                    return f"killed by {test.name}"
-            return f"survived all {len(tests)} files"
+            done = self.pytest("-x", *(tests or ["--version"]), timeout=120.0 + 3.0 * budget)
+        except TimeoutExpired:
+            return "killed, as a test hangs"
         finally:
-            file.write_text(original, encoding="utf-8")
+            original.replace(file)
+        said = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+        return f"killed, {' '.join(said[:1])}" if done.returncode else f"survived {len(tests)} tests"
 
     def mutate(self, mutant: Mutant) -> str:
-        """Return the text of a file with a mutant."""
+        """Return the text of a file with a mutant, none if it is no program: a star before arguments is no product."""
         token, replacement = self.mutants[mutant]
         lines, row = (self.root / mutant.path).read_text(encoding="utf-8").splitlines(keepends=True), token.start[0] - 1
         lines[row] = lines[row][: token.start[1]] + replacement + lines[row][token.end[1] :]
-        return "".join(lines)
-
-    def is_program(self, mutant: Mutant) -> bool:
-        """Whether Python can parse a mutant: a star before an argument is no product."""
         with suppress(SyntaxError):
-            return bool(compile(self.mutate(mutant), mutant.path, "exec"))
-        return False
+            compile("".join(lines), mutant.path, "exec")
+            return "".join(lines)
+        return ""
 
 
-def mutants(sample: int = 40, seed: int = 26, against: str | None = None, budget: float = 120.0) -> None:
+def mutants(sample: int = 40, seed: int = 26, against: str | None = None, budget: float = 60.0) -> None:
     """Draw mutants, as many of each kind, and print which tests kill them."""
-    commits = ["HEAD", against] if against else ["HEAD"]
     with tempfile.TemporaryDirectory() as folder:
-        trees = [Tree(name, Path(folder)) for name in commits]
+        trees = [Tree(name, Path(folder)) for name in ("HEAD", against) if name]
         common = [mutant for mutant in trees[0].mutants if all(mutant in tree.mutants for tree in trees)]
         random.Random(seed).shuffle(common)
         turns = {kind: count() for kind in {mutant.kind for mutant in common}}
         common.sort(key=lambda mutant: next(turns[mutant.kind]))  # kinds take turns
-        rows = []
-        for mutant in islice(filter(trees[0].is_program, common), sample):
+        killed = 0
+        for mutant in islice(filter(trees[0].mutate, common), sample):
             answers = [trees[0].try_mutant(mutant, budget)]
-            answers += ["" if "killed" in answers[0] else tree.try_mutant(mutant, budget) for tree in trees[1:]]
-            rows.append((mutant.kind, mutant.path, mutant.line, *answers))
-            print(*rows[-1], sep=" | ", file=sys.stderr, flush=True)
-    print(table(("kind", "file", "line", *commits), rows))
-    print(f"{sum('killed' in row[3] for row in rows)} of {len(rows)} killed")
+            killed += "killed" in answers[0]
+            answers += [tree.try_mutant(mutant, budget) for tree in trees[1:] if "survived" in answers[0]]
+            print(mutant.kind, mutant.path, mutant.line, *answers, sep=" | ", flush=True)
+    print(f"{killed} of {sample} killed")
