@@ -174,3 +174,4 @@ def test_a_multisine_has_its_rms_and_only_its_tones_and_a_seed_fixes_it():
 def test_impossible_settings_are_refused_with_name_value_and_bound(make, message):
     with pytest.raises(ConfigurationError, match=message.replace("[", r"\[")):
         make()
+    assert [IdentifierSettings(filter_damping=bound).filter_damping for bound in (0.1, 10.0)] == [0.1, 10.0]

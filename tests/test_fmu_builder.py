@@ -131,7 +131,7 @@ def test_a_value_is_good_or_its_problem_names_variable_value_bounds_and_unit(var
     assert problem_with(variable, value) == said
 
 
-def test_a_build_that_fails_in_writing_leaves_what_was_there_and_no_part(tmp_path):
+def test_a_build_that_fails_leaves_what_was_there_and_no_part_and_says_why(tmp_path):
     in_the_way = tmp_path / "Exciter.fmu" / "old"
     in_the_way.mkdir(parents=True)
     with pytest.raises(OSError, match="Exciter.fmu"):
@@ -139,6 +139,10 @@ def test_a_build_that_fails_in_writing_leaves_what_was_there_and_no_part(tmp_pat
     assert list(tmp_path.rglob("*")) == [tmp_path / "Exciter.fmu", in_the_way]
     with pytest.raises(BuildError, match="imports numpy, which is not in the standard library"):
         needed_sources("fmu_src.master.result")
+    with pytest.raises(BuildError, match="has no parameter 'excitation.bas'; did you mean 'excitation.base'"):
+        build("Exciter", tmp_path, {"excitation.bas": 1.0})
+    with pytest.raises(BuildError, match=r"excitation.base = 99 V must lie in \["):
+        build("Exciter", tmp_path, {"excitation.base": 99})
 
 
 def test_names_of_units_resolve_to_base_units_and_a_text_reads_back_from_xml_as_it_was():

@@ -76,6 +76,7 @@ def test_an_exception_in_a_step_is_logged_with_its_traceback_and_refused_and_so_
     assert not unit.do_step(0.0, 0.1) and unit.get_real([GAIN, U, X]) == [4.0, 7.0, 0.5]
     unit.set_real([U], [1.0])
     assert unit.do_step(0.0, 0.1) and not unit.do_step(7.0, 0.1) and not unit.do_step(8.25, 0.1)
+    assert not unit.do_step(0.1, 0.0) and not unit.do_step(0.1, 1e9)  # neither no step nor an endless one
     printed = capsys.readouterr().err  # the first one, for hosts that show no log
     assert printed.startswith("Integrator.doStep: ZeroDivisionError") and printed.count("Integrator.doStep") == 1
 

@@ -85,11 +85,11 @@ def test_the_identifier_takes_its_own_samples_and_bridges_a_longer_communication
     fed(fine, [k * 0.005 for k in range(1999)], 0.005)
     assert get_values(usual, *names) == get_values(fine, *names)
     # at H = .02 s and h = .01 s every second angle is the mean of its neighbours, the voltage the earlier one
-    unit = started(AdaptiveIdentifier, adaptation__hold_time=1.0)
+    unit = started(AdaptiveIdentifier, adaptation__hold_time=0.0)
     fed(unit, [k * 0.02 for k in range(500)], 0.02)
     rows = np.repeat([motion(k * 0.02) for k in range(500)], 2, axis=0)[:-1]
     rows[1::2, 2:] += 0.5 * (rows[2::2, 2:] - rows[1::2, 2:])
-    _, estimate = run_identifier(rows[:, :2], rows[:, 2:], IdentifierSettings(hold_time=1.0))
+    _, estimate = run_identifier(rows[:, :2], rows[:, 2:], IdentifierSettings(hold_time=0.0))
     # the share of a point k H between two others is .5 to rounding, which the regression hardly notices
     assert get_values(unit, *ModelParameters._fields) == pytest.approx(estimate.parameters, rel=1e-6, abs=1e-9)
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.signal import cont2discrete
 
-from heli_plant.communication import quantise
+from heli_plant.communication import communicate, quantise, start_memory
 from heli_plant.compiled import compile_function, parameter_record
 from heli_plant.laws import motor_input, switched_on, thrust_voltages
 from heli_plant.motor import approach, decay_factor, mean_held, remember, saturate
@@ -178,3 +178,13 @@ def test_history_keeps_only_the_voltages_that_the_delay_reaches_and_none_behind_
     assert len(since) == len(held) == 5  # three whole steps, the one that the delay reaches in part, the current one
     since, held = remember([0.0, 0.01, 0.02], [(1.0, 1.0), (2.0, 2.0), (3.0, 3.0)], 0.01, 9.0, 9.0, 1.0)
     assert (since, held) == ([0.0, 0.01], [(1.0, 1.0), (9.0, 9.0)])  # a step that is repeated
+
+
+def test_a_communication_step_is_the_integration_steps_of_a_record_that_holds_its_voltages():
+    p = SMOOTH._replace(thrust_fade_rotors=0.05, input_delay_rotors=0.013)
+    held = np.random.default_rng(7).uniform(-3, 4, (10, 2))
+    states, memory = simulate(np.repeat(held, 4, axis=0), 0.01, START, p)[0], start_memory(START, p)
+    for k in range(9):
+        memory = communicate(memory, *held[k], 0.0, 5.0 + 0.04 * k, 5.0, 0.04, 0.01, 0.013, p)
+        # instants are sums that are rounded differently
+        np.testing.assert_allclose(memory.state, states[4 * (k + 1)], rtol=0, atol=1e-12)

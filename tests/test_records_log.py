@@ -92,6 +92,11 @@ def test_no_log_may_count_twice_even_under_another_name_or_if_it_is_short(tmp_pa
     records.check_held_out_is_new(records.read_logs(second, end=6.0), records.read_logs(second, start=6.01, end=12.0))
 
 
+def test_a_demonstration_rig_that_does_not_exist_is_refused_by_those_that_do():
+    with pytest.raises(LogError, match="no demonstration rig 'rig-x'; choose one of rig-a"):
+        records.demo_files("rig-x")
+
+
 COUNT = 2.0 * np.pi / 4096
 TIME = np.arange(3000) / 100.0
 NOISE = np.random.default_rng(16).standard_normal(len(TIME))
