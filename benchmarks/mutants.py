@@ -1,9 +1,10 @@
 """Mutants: how many wrong laws, signs, numbers, bounds and checks the tests notice.
 
-Each mutant changes one comparison, sign, product, number, min or max, or drops a ``raise``. Test functions are tried in
-a copy of the tree until one fails: those that run its line, the quickest first, then those that run most of its module,
-as many as take ``--budget`` seconds. Their times and lines are measured once, for a quarter of an hour. ``--sample``
-mutants are drawn with ``--seed``; ``--against COMMIT`` draws from lines that it has too, and its tests try survivors.
+Each mutant changes one comparison, sign, product, number, min or max, or drops a ``raise``. In a copy of the tree tests
+are tried until one fails: first those that run its line, and first those that run many lines of its module in little
+time, as many as take ``--budget`` seconds. Times and lines are measured once, for a quarter of an hour, but not in
+compiled code and other processes. ``--sample`` mutants are drawn with ``--seed``, ``--against COMMIT`` from lines that
+this commit has too; its tests try survivors.
 """
 
 import os
@@ -42,13 +43,13 @@ MEASURE = """
 import collections, coverage, json, math
 times = collections.Counter()
 def pytest_runtest_logstart(nodeid):
-    coverage.Coverage.current().switch_context(nodeid.partition("[")[0])
+    coverage.Coverage.current().switch_context(nodeid)
 def pytest_runtest_logreport(report):
-    times[report.nodeid.partition("[")[0]] += math.inf if report.failed else report.duration
+    times[report.nodeid] += math.inf if report.failed else report.duration
 def pytest_sessionfinish():
     print(json.dumps(times), file=open("times.json", "w"))
 """
-"""Plugin of pytest: a context of coverage for each test function, whose time [s] is infinite if it fails."""
+"""Plugin of pytest: a context of coverage for each test, whose time [s] is infinite if it fails."""
 
 
 class Mutant(NamedTuple):
@@ -87,7 +88,7 @@ class Tree:
 
     @cached_property
     def measured(self) -> tuple[dict[str, float], dict[str, dict[int, list[str]]]]:
-        """Times of the test functions [s], and those that run each line of each file, not compiled."""
+        """Times of the tests [s], and the tests that run each line of each file."""
         self.pytest("-p", "measure", under=("coverage", "run", f"--source={','.join(TOPS)}", "-m"))
         data = CoverageData(str(self.root / ".coverage"))
         data.read()
@@ -95,12 +96,11 @@ class Tree:
         return loads((self.root / "times.json").read_text()), lines
 
     def tests_of(self, mutant: Mutant, budget: float) -> Iterator[str]:
-        """Yield the test functions to try, in order, that take ``budget`` [s] together without the mutant."""
+        """Yield the tests to try, in order, that take ``budget`` [s] together without the mutant."""
         times, lines = self.measured[0], self.measured[1].get(str(self.root / mutant.path), {})
-        # what follows on the next line, and what is compiled, has no line of its own
-        row = max((row for row in lines if row <= self.mutants[mutant][0].start[0]), default=0)
-        run_it = sorted(lines.get(row, ()), key=lambda test: times.get(test, inf))
-        for test in dict.fromkeys([*run_it, *dict(Counter(chain(*lines.values())).most_common())]):
+        row = max((row for row in lines if row <= self.mutants[mutant][0].start[0]), default=0)  # where it begins
+        number = Counter(chain(*lines.values()))
+        for test in sorted(number, key=lambda test: (test not in lines[row], times.get(test, inf) / number[test])):
             if times.get(test, inf) <= budget:
                 budget -= times[test]
                 yield test
