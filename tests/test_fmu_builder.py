@@ -5,6 +5,7 @@ import math
 import re
 import sys
 from datetime import datetime
+from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -131,7 +132,7 @@ def test_a_value_is_good_or_its_problem_names_variable_value_bounds_and_unit(var
     assert problem_with(variable, value) == said
 
 
-def test_a_build_that_fails_leaves_what_was_there_and_no_part_and_says_why(tmp_path):
+def test_a_build_that_fails_leaves_what_was_there_and_no_part_and_says_why(tmp_path, monkeypatch):
     in_the_way = tmp_path / "Exciter.fmu" / "old"
     in_the_way.mkdir(parents=True)
     with pytest.raises(OSError, match="Exciter.fmu"):
@@ -143,6 +144,9 @@ def test_a_build_that_fails_leaves_what_was_there_and_no_part_and_says_why(tmp_p
         build("Exciter", tmp_path, {"excitation.bas": 1.0})
     with pytest.raises(BuildError, match=r"excitation.base = 99 V must lie in \["):
         build("Exciter", tmp_path, {"excitation.base": 99})
+    monkeypatch.setattr("fmu_src.builder.distribution", lambda name: SimpleNamespace(files=()))
+    with pytest.raises(BuildError, match="pythonfmu has no binaries"):  # as from its sources
+        build("Exciter", tmp_path)
 
 
 def test_names_of_units_resolve_to_base_units_and_a_text_reads_back_from_xml_as_it_was():

@@ -113,6 +113,13 @@ def test_a_voltage_delay_with_uneven_communication_steps_shifts_the_motion_by_ju
     assert late == pytest.approx(prompt, rel=1e-9)
 
 
+def test_a_plant_that_would_leave_the_finite_range_refuses_the_step_and_is_where_it_was():
+    unit = started(HelicopterPlant, pitch__damping=-10.0, solver__step=0.1)
+    set_value(unit, "v_front", 1.0)
+    assert not unit.do_step(0.0, 90.0) and "leaves the finite range in the step from t = 0 s" in unit.log_queue[-1].msg
+    assert unit.do_step(0.0, 1.0) and 1.0 < get_values(unit, "pitch")[0] < 1e6  # exp(10)
+
+
 def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_the_papers():
     flight = closed_loop_log(TABLE_2, 45.0, 1)
     said = {}

@@ -109,6 +109,7 @@ def test_bending_step_is_of_order_four_and_begins_at_rest():
 def test_row_k_of_a_record_is_the_state_before_voltage_k_acts_and_its_angles_are_what_encoders_read():
     held = np.repeat(np.random.default_rng(5).uniform(-3, 4, (20, 2)), 25, axis=0)
     start = start_state(0.1, 0.05, 0.3, *held[0], rates=(0.1, 0.0, 0.2))
+    assert start == (0.1, 0.05, 0.3, 0.1, 0.0, 0.2, *held[0], 0.0, 0.0, 0.0, 0.3)  # arm straight, mass at zero
     states, angles = simulate(held, 0.01, start, BENDING)
     assert angles[0] == pytest.approx(start[:3])  # the start's elevation is the encoder's, bending included
     following = step(PlantState(*states[0].tolist()), *held[0].tolist(), 0.0, 0.0, 0.01, BENDING)

@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 from heli_identifier import records
 from heli_identifier.errors import ConfigurationError, LogError
 from heli_identifier.records import LogFormat, RigConfiguration, demo_files, find_suspicions, guess, read_log, response
+from heli_identifier.records.guess import _guess_angle_unit
 from heli_identifier.records.heli_toml import read_examples
 from heli_identifier.records.units import ANGLES, NAMED
 from heli_plant.parameters import TABLE_2
@@ -120,6 +121,14 @@ def test_the_rows_of_an_unnamed_matrix_are_found_by_what_they_do_to_each_other(t
     assert np.allclose(log.voltages, TRUE.voltages, atol=1e-12)
     # An encoder of 4096 counts is off by half a count at most.
     assert np.abs(log.angles - TRUE.angles).max() <= np.pi / 4096 + 1e-9 and find_suspicions(log) == ()
+
+
+def test_the_unit_of_an_angle_and_the_counts_of_its_encoder_follow_from_its_steps():
+    turns = 0.1 * np.sin(0.7 * TRUE.time)
+    for count in (1000, 4096, 16384):
+        for unit, turn in (("rad", TURN), ("deg", 360.0)):
+            assert _guess_angle_unit(turn / count * np.round(count * turns))[::2] == (unit, count)
+    assert _guess_angle_unit(np.round(4096 * turns))[::2] == ("counts", None)
 
 
 def test_the_filter_of_the_search_answers_a_step_as_its_double_pole():

@@ -237,7 +237,8 @@ def test_jitter_of_either_sign_still_shows_the_rate_of_the_clock(seed, spread):
     samples = np.arange(2000) + random.uniform(-spread, spread, 2000)
     found, grid, notes = sampling_of(samples / 100.0)
     assert grid is not None and "uneven" in notes[0] and found == 100.0
-    assert sampling_of(samples / 100.4)[0] == pytest.approx(100.4, abs=0.1)  # it need not be whole
+    # It need not be whole: over 2000 steps the ends tell .05 Hz, and by jitter they are off by .02 Hz.
+    assert sampling_of(samples / 100.08)[0] == pytest.approx(100.08, abs=0.021)
 
 
 def test_the_longest_bridged_gap_is_five_steps_and_a_longer_one_names_its_row():
@@ -255,11 +256,11 @@ def test_the_longest_bridged_gap_is_five_steps_and_a_longer_one_names_its_row():
 @given(seed=st.integers(0, 2**32 - 1))
 def test_resampling_a_held_voltage_keeps_its_impulse(seed):
     random = np.random.default_rng(seed)
-    time = np.concatenate(([0.0], np.cumsum(random.uniform(0.005, 0.02, 199))))
+    time = 3.0 + np.concatenate(([0.0], np.cumsum(random.uniform(0.005, 0.02, 199))))
     voltage = random.uniform(-5.0, 5.0, 200)
-    grid = np.linspace(0.0, time[-1], 150)
+    grid = np.linspace(3.0, time[-1] - 0.003, 150)
     step = grid[1] - grid[0]
     resampled = mean_of_held(time, voltage, grid)
-    # Up to the last instant of the log the impulse is a sum of rectangles, exact to rounding.
-    assert step * resampled[:-1].sum() == pytest.approx(np.sum(voltage[:-1] * np.diff(time)), abs=1e-10)
+    # The impulse is a sum of rectangles, exact to rounding; the last voltage is held to the end of the last step.
+    assert step * resampled.sum() == pytest.approx(np.sum(voltage * np.diff(time, append=grid[-1] + step)), abs=1e-10)
     assert np.abs(resampled).max() <= np.abs(voltage).max() + 1e-9
