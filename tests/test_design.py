@@ -168,6 +168,7 @@ def test_a_multisine_has_its_rms_and_only_its_tones_and_a_seed_fixes_it():
 @pytest.mark.parametrize(("make", "message"), [
     (lambda: excitation.Multisine(highest=0.01), "multisine.highest = 0.01 Hz must lie in"),
     (lambda: excitation.Excitation(base=6.0), "excitation.base = 6.0 V must lie in"),
+    (lambda: IdentifierSettings(filter_frequency=20.1), "filter.frequency = 20.1 rad/s must lie in [0.001, 20] rad/s"),
     (lambda: IdentifierSettings(gain_limit=nan), "adaptation.gain_limit = nan must be positive"),
     (lambda: IdentifierSettings(initial=ModelParameters(k_x=nan)), "initial.k_x = nan"),
 ])  # fmt: skip

@@ -120,6 +120,15 @@ def test_a_plant_that_would_leave_the_finite_range_refuses_the_step_and_is_where
     assert unit.do_step(0.0, 1.0) and 1.0 < get_values(unit, "pitch")[0] < 1e6  # exp(10)
 
 
+def test_an_estimate_that_is_not_finite_is_refused():
+    unit = started(AdaptiveIdentifier, adaptation__hold_time=0.0)
+    fed(unit, [0.0], 0.01)
+    state = unit.sampled.state
+    broken = state._replace(signals=state.signals._replace(lagged=(math.nan, math.nan)))  # as of a damaged memory
+    unit.sampled = unit.sampled._replace(state=broken)
+    assert not all(unit.do_step(0.01 * k, 0.01) for k in range(1, 9)) and "no longer finite" in unit.log_queue[-1].msg
+
+
 def test_the_identifier_warns_once_where_a_controller_flies_and_the_method_is_the_papers():
     flight = closed_loop_log(TABLE_2, 45.0, 1)
     said = {}

@@ -174,6 +174,8 @@ def test_values_of_inputs_have_to_fit_the_scenario(ran):
     volts = [{"plant.v_front": np.ones(10), "plant.v_rear": np.ones(count)} for count in (10, 100)]
     short, long = (ran(alone, 0.1, H, inputs=values).values for values in volts)
     assert np.array_equal(short, long) and np.ptp(short, axis=0).any()
+    with pytest.raises(WiringError, match="has no output 'plant.ptch'; did you mean 'plant.pitch'"):
+        ran(alone, 0.1, H).column("plant.ptch")
 
 
 def test_a_unit_that_refuses_to_terminate_costs_neither_results_nor_the_reason_of_a_failure(twins, monkeypatch):

@@ -13,7 +13,13 @@ from benchmarks.rigs import windy_logs
 from heli_identifier import online
 from heli_identifier.errors import LogError
 from heli_identifier.online import GAINS, PREDICTION_ERROR, IdentifierSettings, gain_matrix
-from heli_identifier.online.adaptation import initial_axis, kept_information
+from heli_identifier.online.adaptation import (
+    increase_variance,
+    initial_axis,
+    initial_factor,
+    kept_information,
+    take_measurement,
+)
 from heli_identifier.online.prediction_error import initial_predictor, predict_axis
 from heli_identifier.online.state_filter import discretise
 from heli_identifier.online.whitening import (
@@ -62,6 +68,16 @@ def whitened(x, w):
         memory, (v,) = whiten(memory, (value,), w)
         values.append(v)
     return np.array(values)
+
+
+def test_the_variance_of_a_parameter_that_may_have_changed_grows_and_nothing_else_does():
+    factor, random = initial_factor([1.0] * 4), np.random.default_rng(3)
+    for phi in random.normal(size=(6, 4)).tolist():
+        take_measurement(factor, [0.0] * 4, phi, 1.0, 0.5, 1.0)
+    for j in range(4):
+        before = np.array(gain_matrix(factor, 4))
+        increase_variance(factor, j, 0.3)
+        np.testing.assert_allclose(gain_matrix(factor, 4) - before, 0.3 * np.diag(np.eye(4)[j]), rtol=0, atol=1e-14)
 
 
 def test_whitening_is_its_transfer_function_with_butterworth_poles_and_the_zeros_of_the_state_filter():

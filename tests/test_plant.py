@@ -13,7 +13,7 @@ from heli_plant.communication import communicate, quantise, start_memory
 from heli_plant.compiled import compile_function, parameter_record
 from heli_plant.laws import motor_input, switched_on, thrust_voltages
 from heli_plant.motor import approach, decay_factor, mean_held, remember, saturate
-from heli_plant.parameters import TABLE_2
+from heli_plant.parameters import TABLE_2, check_parameters
 from heli_plant.plant import accelerations, delayed_input, measured_angles, rigid_start, step
 from heli_plant.simulation import simulate
 from heli_plant.state import PlantState, rest_state, start_state
@@ -59,7 +59,7 @@ def test_step_is_of_order_four(model):
 
 
 def test_motor_without_a_lag_acts_from_the_steps_start():
-    p = TABLE_2._replace(T_m=0.0)
+    p = check_parameters(TABLE_2._replace(T_m=0.0))
     after = step(START, -2.0, 2.0, 0.0, 0.0, 0.01, p)
     # over so short a step the acceleration is nearly constant: k_x mu_d and little else
     mu_diff = -4.0

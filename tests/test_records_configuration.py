@@ -138,6 +138,8 @@ def test_the_filter_of_the_search_answers_a_step_as_its_double_pole():
     exact = 1.0 - (1.0 + x) * np.exp(-x), w * x * np.exp(-x), w**2 * (1.0 - x) * np.exp(-x) * (t[-len(x) :] >= 0.0)
     # exact for a held input; scipy's repeated pole costs half of the digits
     np.testing.assert_allclose(np.hstack(found[:3]), np.transpose(exact), rtol=0, atol=1e-7)
+    means, coarse = response.average(np.arange(11.0)[:, None], 100.0)
+    assert (means.tolist(), coarse) == ([[1.5], [5.5]], 0.04)  # whole blocks of 25 Hz
 
 
 def test_the_rotors_are_the_columns_whose_sum_and_difference_the_file_holds_too(tmp_path):

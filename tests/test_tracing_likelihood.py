@@ -170,6 +170,8 @@ def test_a_thrust_at_the_bound_of_its_curve_is_one_that_the_unit_takes(clean):
         coordinate = rig.coordinate(field, clean[2].parameters)
         at = Fit.at(replace(likelihood, rig=rig), (coordinate,), np.array(coordinate.bounds[1:]), clean[2].point)
         assert at.parameters.quadratic_thrust_rotors <= BY_FIELD[field].maximum
+        low, high = (likelihood.move(clean[2].point, coordinate, bound).step for bound in coordinate.bounds)
+        assert high < 0.0 < low  # differences are taken within the bounds
 
 
 @pytest.mark.parametrize("height, flexing, again", [(-0.5, 0.0, 25.0), (-0.5, 0.005, 25.0), (0.0, 0.0, 22.75)])

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,12 +12,13 @@ from scipy.stats import chi2
 from benchmarks.rigs import likelihood_of, windy_logs
 from heli_identifier.results import log_likelihood
 from heli_identifier.tracing import Verdict, helicopter, select
+from heli_identifier.tracing.findings import _bound
 from heli_identifier.tracing.fit import covariance, fit, fit_log_spread
 from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_time
 from heli_identifier.tracing.select import fit_delivered
-from heli_identifier.tracing.settings import SMOOTH_NATS, UNKNOWN
+from heli_identifier.tracing.settings import SETTLING, SMOOTH_NATS, UNKNOWN
 from heli_identifier.tracing.stability import covariance_of_logs, halves_agree, leave_logs_out, left_out_gain
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2
@@ -159,12 +161,28 @@ def test_a_forbidden_sign_scores_nothing_and_the_instant_of_a_step_is_found_by_t
         column = score.column
         if around.coordinates[column].bounds[0] == 0.0 and score.value < 0.0:
             assert score.score == 0.0, name
-    # a torque of .03 rad/s^2 that appears at 23 s in every log is found to the half second that steps are apart
-    after = (np.arange(len(null.e[0])) * 0.01 >= 23.0).astype(float)
-    response = lfilter(*error_dynamics(likelihood.filters(likelihood.records[0], null.point)[1]), 0.03 * after)
-    for e in null.e:
-        e[:, 1] += response
-    assert abs(step_time(null, 1) - 23.0) < 0.5
+    # a candidate has the value and the gain of the minimum with it, here within bounds; effects left out are zero there
+    given, *others = names = ("cable_stiffness_travel", "dry_friction_travel", "dead_zone_rotors")
+    chosen = [e for e in likelihood.rig.candidates if e.field in names]
+    around = Scores(fit(likelihood, (*likelihood.rig.base, given), null), chosen)
+    for kept in ([], [given]):
+        for name, score in around.scores(kept, others).items():
+            gain = (around.fall([*kept, name]) - around.fall(kept)) / around.dispersion - around.penalty[name]
+            assert score.score == pytest.approx(gain, rel=1e-9) and gain > 0.0
+            x = around.x + around.minimum([*kept, name])[0][: len(around.x)]
+            value = around.coordinates[score.column].value(x[score.column])
+            assert score.value == pytest.approx(around.units[name] * value, rel=1e-9)
+            left_out = around.coordinates[around.of_field[given][0]].value(x[around.of_field[given][0]])
+            assert kept or left_out == pytest.approx(0.0, abs=1e-15)
+    # a torque of .03 rad/s^2 that appears in every log is found to the half second that steps are apart
+    dynamics = error_dynamics(likelihood.filters(likelihood.records[0], null.point)[1])
+    quiet = [e[:, 1].copy() for e in null.e]
+    for begin in (2.5, 5.0, 23.0):
+        response = lfilter(*dynamics, 0.03 * (np.arange(len(quiet[0])) * 0.01 >= begin))
+        for e, own in zip(null.e, quiet, strict=True):
+            e[:, 1] = own + response
+        found = step_time(null, 1)
+        assert abs(found - begin) < 0.5 if begin > 2.0 * SETTLING else found >= 2.0 * SETTLING  # the filter settles
 
 
 def test_a_law_is_drawn_as_smooth_as_its_data():
@@ -299,3 +317,8 @@ def test_score_is_that_of_one_degree_of_freedom_as_rare():
     # beyond the smallest number the tails' leading terms go on: right to the next term, k/2 of some hundred nats
     assert unknown(700.0, 20.0).score == pytest.approx(unknown(640.0, 20.0).score + 60.0, abs=2.0)
     assert unknown(5.0, 20.0).score == 0.0
+
+
+def test_the_bound_of_a_one_sided_effect_is_the_upper_end_of_its_interval_but_at_least_a_standard_error():
+    for lower, interval, bound in ((0.0, (-0.3, 0.1), 0.1), (0.0, (-0.3, -0.1), 0.05), (-1.0, (-0.3, 0.1), 0.3)):
+        assert _bound(SimpleNamespace(lower=lower), SimpleNamespace(interval=interval, standard_error=0.05)) == bound
