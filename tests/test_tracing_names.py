@@ -18,7 +18,7 @@ from heli_identifier.tracing.noise import error_dynamics
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.score import Scores, step_time
 from heli_identifier.tracing.select import fit_delivered
-from heli_identifier.tracing.settings import SETTLING, SMOOTH_NATS, UNKNOWN
+from heli_identifier.tracing.settings import SETTLING, SMOOTH_NATS, UNKNOWN, DiagnosisSettings
 from heli_identifier.tracing.stability import covariance_of_logs, halves_agree, leave_logs_out, left_out_gain
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
 from heli_plant.parameters import TABLE_2
@@ -322,3 +322,11 @@ def test_score_is_that_of_one_degree_of_freedom_as_rare():
 def test_the_bound_of_a_one_sided_effect_is_the_upper_end_of_its_interval_but_at_least_a_standard_error():
     for lower, interval, bound in ((0.0, (-0.3, 0.1), 0.1), (0.0, (-0.3, -0.1), 0.05), (-1.0, (-0.3, 0.1), 0.3)):
         assert _bound(SimpleNamespace(lower=lower), SimpleNamespace(interval=interval, standard_error=0.05)) == bound
+
+
+def test_the_angle_of_the_horizontal_arm_is_estimated_unless_it_is_given_and_that_of_the_ground_never():
+    logs, _ = logs_of("clean", 1, count=1)
+    for given in (None, 0.1):
+        candidates = {e.field: e.parameters for e in helicopter(logs, DiagnosisSettings(horizontal=given)).candidates}
+        assert ("horizontal_offset" in candidates["inertial_coupling_travel"]) is (given is None)
+        assert candidates["ground_effect_elevation"] == ("ground_effect_elevation", "ground_height")
