@@ -9,14 +9,14 @@ from .parameters import PlantParameters
 class PlantState(NamedTuple):
     """Everything the plant remembers between steps; angles in [rad], their rates in [rad/s]."""
 
-    pitch: float = 0.0
-    elevation: float = 0.0
-    travel: float = 0.0
-    pitch_rate: float = 0.0
-    elevation_rate: float = 0.0
-    travel_rate: float = 0.0
-    nu_front: float = 0.0  # lagged voltages of eq. (9) [V]
-    nu_rear: float = 0.0
+    pitch: float
+    elevation: float
+    travel: float
+    pitch_rate: float
+    elevation_rate: float
+    travel_rate: float
+    nu_front: float  # lagged voltages of eq. (9) [V]
+    nu_rear: float
     bending: float = 0.0  # q of the arm [rad]
     bending_rate: float = 0.0  # [rad/s]
     mass_position: float = 0.0  # of the ADO [m]
