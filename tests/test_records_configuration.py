@@ -10,7 +10,7 @@ from scipy.signal import lfilter
 from heli_identifier import records
 from heli_identifier.errors import ConfigurationError, LogError
 from heli_identifier.records import LogFormat, RigConfiguration, demo_files, find_suspicions, guess, read_log, response
-from heli_identifier.records.guess import _guess_angle_unit
+from heli_identifier.records.guess import _guess_angle_unit, _guess_signs
 from heli_identifier.records.heli_toml import read_examples
 from heli_identifier.records.units import ANGLES, NAMED
 from heli_plant.parameters import TABLE_2
@@ -149,9 +149,14 @@ def test_the_rotors_are_the_columns_whose_sum_and_difference_the_file_holds_too(
     log = noisy_log(TABLE_2, 0.5 * np.column_stack((total + difference, total - difference)), 0)
     rows = [log.time, *log.angles.T, difference, total, *log.voltages.T]
     savemat(tmp_path / "log.mat", {"ans": np.vstack(rows)})
-    found = guess(tmp_path / "log.mat").format
-    assert (found.columns["v_front"], found.columns["v_rear"]) == ("ans(7,:)", "ans(8,:)")
-    assert found.signs == {}  # which way so steady a sum moves the elevation is not seen, and no reason to mirror it
+    columns = guess(tmp_path / "log.mat").format.columns
+    assert (columns["v_front"], columns["v_rear"]) == ("ans(7,:)", "ans(8,:)")
+
+
+def test_a_sign_that_is_not_beyond_doubt_is_left_as_it_is():
+    gains = response.Gains(np.array([-1.0, -1.0, 1.0]), np.ones(3), np.zeros(3))
+    assert _guess_signs(True, gains, {}) == ({}, False)
+    assert _guess_signs(True, gains._replace(score=np.full(3, 100.0)), {}) == ({"elevation": -1, "pitch": -1}, False)
 
 
 def test_a_file_without_headers_is_looked_into_and_one_of_few_columns_refused(tmp_path):
