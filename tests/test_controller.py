@@ -79,6 +79,7 @@ def test_an_input_delay_shifts_the_response_and_nothing_else(periods):
     delayed, _ = flown(late_plant, late, point, wanted)
     # both plants are nearly linear over .05 rad; what the sine of gravity adds is of its third order
     np.testing.assert_allclose(delayed[periods:, 1], prompt[:-periods, 1], atol=2e-5)
+    assert prompt[-1, 1] == pytest.approx(wanted[-1, 1], abs=2e-5)
 
 
 def test_the_disk_margin_is_that_of_the_structured_singular_value_and_within_it_the_loop_stays_stable():

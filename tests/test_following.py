@@ -9,12 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import solve_discrete_are
+from scipy.stats import norm
 
 from fmu_src.access import thaw_state
 from heli_identifier import following
 from heli_identifier.following import REASONS, Sample
 from heli_identifier.following.covariance import correct_covariance, find_steady_state, predict_covariance
-from heli_identifier.following.cusum import Projection, cusum_statistic, siegmund_threshold
+from heli_identifier.following.cusum import _PRIOR_WIDTH, Projection, cusum_statistic, judge_size, siegmund_threshold
 from heli_identifier.following.evidence import Coefficients, Noise, shift_block, start_sums
 from heli_identifier.following.observer import Encoder
 from heli_identifier.following.prediction import compare_errors
@@ -95,6 +96,15 @@ def test_the_mean_time_between_false_alarms_is_the_stated_one(information):
     if information <= 3.0:
         assert times.mean() < 1.3 * mean_time
     assert 10.0 - 3.4 < siegmund_threshold(10.0, information) < 10.0 - 1.6
+
+
+def test_the_bayes_factor_of_a_change_is_the_evidence_of_the_sizes_that_are_expected():
+    response, information, nu = 12.0, 40.0, 0.2
+    found = judge_size(0, 1, response, information, nu, (-9.0, 9.0))
+    size = np.linspace(-3.0, 3.0, 6001)
+    likelihood = np.exp(response * size - 0.5 * information * size**2)
+    evidence = 0.001 * np.sum(norm.pdf(size, 0.0, _PRIOR_WIDTH * nu) * likelihood)  # exact for a smooth peak
+    assert (found.size, found.log_bayes) == pytest.approx((0.3, math.log(evidence)), rel=1e-9)
 
 
 @given(st.lists(st.floats(-5.0, 5.0), max_size=50), st.floats(0.1, 2.0))
@@ -354,7 +364,9 @@ def test_an_axis_that_turns_within_a_count_is_not_taken_for_a_stuck_encoder():
 def test_an_encoder_that_moves_again_does_not_count_until_the_observer_has_settled_and_one_that_stands_is_doubted():
     encoder, counted = Encoder(0.0), []
     for _ in range(PLAN.stuck):
+        assert not encoder.is_ignored(PLAN)
         encoder = encoder.read(0.0, 0.0, PLAN)
+    assert encoder.is_ignored(PLAN)
     for k in range(PLAN.settling + 1):
         encoder = encoder.read(COUNT * (1 + k % 2), 0.0, PLAN)
         counted.append(not encoder.is_ignored(PLAN))

@@ -107,6 +107,9 @@ def test_the_phase_margin_is_that_of_python_control():
     _, phase, *_ = control.margin(control.frequency_response(loop * wait, margins.frequencies(H, 2000)))
     found = margins_of(model, PID)["pitch"]
     assert found.phase == pytest.approx(phase, abs=0.5)
+    # of three crossings of the unit circle, at half the way in phase, the last is the nearest to -1
+    several = np.array([2.0, 0.5, 2.0, 0.5]) * np.exp(-1j * np.radians([100.0, 120.0, 150.0, 170.0]))
+    assert margins.loop_margins(several).phase == pytest.approx(20.0)
 
 
 def pid_around(plant, known=None, **more):

@@ -147,6 +147,7 @@ def test_a_parameter_that_a_unit_does_not_have_or_take_is_named(ran):
 @pytest.mark.parametrize(("given", "said"), [
     ({"scenario_name": ["open_loop"]}, "no scenario is called"),
     ({"duration": "1"}, "0 < step <= duration is needed"),
+    ({"step": 0.0}, "0 < step <= duration is needed"),
     ({"parameters": [1]}, "parameters = .1. must be a mapping of names to values"),
     ({"fmus": {"plant": None}}, "must be a mapping of names to files"),
     ({"record": [3]}, "has no output 3"),

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from functools import cache
 from math import isfinite, log
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from heli_identifier.online.adaptation import (
     take_measurement,
 )
 from heli_identifier.online.prediction_error import initial_predictor, predict_axis
+from heli_identifier.online.signals import LagState, advance_lag
 from heli_identifier.online.state_filter import discretise
 from heli_identifier.online.whitening import (
     bandwidth_slope,
@@ -68,6 +70,15 @@ def whitened(x, w):
         memory, (v,) = whiten(memory, (value,), w)
         values.append(v)
     return np.array(values)
+
+
+def test_a_lag_acts_on_the_lift_as_on_the_difference_but_for_the_cosine_of_the_pitch():
+    f, state = discretise(1.0, 1.0, H, 0.1), LagState(0.0, 0.0, (0.0, 0.0), (0.0, 0.0), 0.9, 0.05)
+    for k in range(9):  # of the front rotor alone
+        signals = SimpleNamespace(voltages=(1.0 + k, 0.0), lagged=(0.5 * k, 0.0), angles=(0.6, 0.0, 0.0))
+        state = advance_lag(state, signals, signals, H, f)
+    assert np.array(state.lift_f) == pytest.approx(np.cos(0.6) * np.array(state.difference_f), rel=1e-12)
+    assert state.lift_f[0] != 0.0
 
 
 def test_the_variance_of_a_parameter_that_may_have_changed_grows_and_nothing_else_does():

@@ -115,6 +115,7 @@ def test_the_rows_of_an_unnamed_matrix_are_found_by_what_they_do_to_each_other(t
     assert found.format.columns == {signal: f"ans({row},:)" for signal, row in places.items()}
     assert {found.format.units[angle] for angle in ("pitch", "elevation", "travel")} == {unit}
     assert (found.format.signs, found.format.swap_rotors) == (signs, swapped)
+    assert ("v_difference" in of_voltages) is ("of the pitch's" in found.reasons.get("columns.v_difference", ""))
     (doubt,) = found.doubts
     assert "mirror image" in doubt
     log = read_log(tmp_path / "log.mat", found.format)
