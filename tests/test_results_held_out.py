@@ -124,6 +124,11 @@ def test_a_fault_of_the_logs_is_no_error_of_the_model_before_and_none_of_a_free_
     assert [fault.name for fault in diagnosis.faults] == ["scale"] and not diagnosis.effects
     assert re.search(r"under 0\.8[56]\d* times the logged v_front", diagnosis.notes[0])
     assert abs(diagnosis.held_out.gain.value) < 8.0  # the plants are the same
+    # the delivered plant takes the voltages as they are logged: its share errs by less than a seventh of the fault
+    p, (v, angles) = diagnosis.plant_after, (large[2].voltages, large[2].angles)
+    assert p.share_front == pytest.approx(0.85, abs=0.02)
+    ours, equal = (simulate(v, H, start_at_rest(q, v), q)[1] - angles for q in (p, p._replace(share_front=1.0)))
+    assert (np.std(ours, axis=0) < 0.5 * np.std(equal, axis=0)).all()
     for axis in ("pitch", "elevation"):
         report = diagnosis.axes[axis]
         assert report.after.free_run.value < 2.0 * report.noise_floor.free_run.value

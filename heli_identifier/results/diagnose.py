@@ -178,8 +178,13 @@ def base_estimates(fitted: Fit, C: Array) -> dict[str, Estimate]:
 
 
 def _delivered_plant(after: Fit, effects: Sequence[FoundEffect]) -> Parameters:
-    """Return the parameters of the plant as it is delivered: a motor lag that is no finding is added to T_m."""
-    p = after.parameters
+    """Return the parameters of the plant as it is delivered.
+
+    It takes the voltages as they are logged: a front rotor that pulls more than the rear one, or a wrong factor of its
+    voltage, is its share of the thrust. A motor lag that is no finding is added to T_m.
+    """
+    scale = sum(size for fault, size in after.likelihood.faults.items() if fault.name == "scale")
+    p = after.parameters._replace(share_front=1.0 + scale)
     if any(effect.name == "motor_lag" for effect in effects):
         return p
     return p._replace(T_m=p.T_m + p.motor_lag_rotors, **{LAG_FIELD: 0.0})
