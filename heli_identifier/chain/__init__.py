@@ -21,3 +21,4 @@ from .events import (
 )
 from .faults import FAULTS, Fault, undo_faults
 from .inspection import ARM_BENDING, ROTOR_TIMING, Defect, inspect_logs
+from .moving import STILL, axes_that_move, moves_freely

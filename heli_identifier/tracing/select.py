@@ -14,11 +14,13 @@ from functools import cache, cached_property
 
 import numpy as np
 
+from heli_identifier.chain import STILL
+
 from .fit import Fit, fit
 from .likelihood import Point
 from .rig import Candidate
 from .score import Score, Scores
-from .settings import CATALOGUE_WIDTHS, KEPT, REFITTED, ROUGHLY, SMOOTH_NATS, STILL, TIMED, UNKNOWN
+from .settings import CATALOGUE_WIDTHS, KEPT, REFITTED, ROUGHLY, SMOOTH_NATS, TIMED, UNKNOWN
 
 
 @dataclass(frozen=True, eq=False)

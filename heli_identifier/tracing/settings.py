@@ -53,12 +53,6 @@ RECORD_STEP = 0.01
 """Time [s] over which faster logs are averaged: a tenth of the motors' lag, so that nothing of the plant is lost, and
 as long as encoders of benches need for a count."""
 
-STILL, MOVING = 1.5, 5.5
-"""Counts of an encoder. An axis rests while its reading moves by at most the first: one count, and half of one for
-rounding. The encoder shows no smaller backlash. An axis moves if its reading moves by more than the second. From five
-counts on, an amplitude of 2.5, the describing function of a quantiser is within 10 % of 1 (Gelb and Vander Velde 1968).
-Below that a loop may be a limit cycle around some counts, and its voltages tell nothing of the rig's gain."""
-
 OUTLIER = 3.0
 """Standard deviations beyond which a value is not where it is expected: one in four hundred is by chance. The loss of
 an innovation is linear beyond, so that one touch of a hand does not decide; .3 % of a Gaussian sample's information is
