@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.rigs import likelihood_of as nothing_fitted
-from heli_identifier.chain import FAULTS
+from heli_identifier.chain import FAULTS, controllers_of
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Event, Log
@@ -19,7 +19,6 @@ from heli_identifier.results.prediction import HORIZONS, Model, Run, answer_devi
 from heli_identifier.tracing import Determination, ParameterReport, coordinates_of, fit, helicopter, select
 from heli_identifier.tracing.findings import _judge_parameter, lag_effect, lag_score
 from heli_identifier.tracing.fit import covariance
-from heli_identifier.tracing.references import controllers_of
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.settings import NOISE_WIDTH, PER_LOG
 from heli_plant.parameters import TABLE_2

@@ -11,12 +11,12 @@ from scipy.special import chdtrc
 from scipy.stats import binom
 
 from benchmarks.rigs import likelihood_of, log_of, windy_logs
+from heli_identifier.chain import controllers_of, feedback, find_references, refusal
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
 from heli_identifier.tracing.fit import fit
 from heli_identifier.tracing.identification import _axes_timed, _estimate_outside, identify_plant
 from heli_identifier.tracing.instruments import Regression, Term, filter_terms, instruments, reduce_rate
-from heli_identifier.tracing.references import controllers_of, feedback, find_references, refusal
 from heli_identifier.tracing.statements import Determination
 from tests.blind.coefficients import Coefficients
 from tests.blind.generator import make_rig

@@ -32,7 +32,7 @@ import numpy as np
 from scipy.signal import correlate
 from scipy.special import chdtrc
 
-from heli_identifier.chain import Fault, undo_faults
+from heli_identifier.chain import CHANNELS, Fault, controllers_of, undo_faults
 from heli_identifier.records import Log
 from heli_identifier.results.bootstrap import bootstrap, change_figures, rms_figures
 from heli_identifier.results.diagnosis import AxisError, AxisReport, ErrorFigure, HeldOutLikelihood, HeldOutSeries, Use
@@ -42,7 +42,6 @@ from heli_identifier.tracing.fit import Fit, fit, fit_per_log
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.likelihood import Likelihood, undo_in_record
 from heli_identifier.tracing.noise import filters, recolour
-from heli_identifier.tracing.references import CHANNELS, controllers_of
 from heli_identifier.tracing.rig import Array, Parameters, Record, records_of
 from heli_identifier.tracing.settings import OUTLIER
 from heli_identifier.tracing.statements import Determination, ParameterReport

@@ -20,11 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from heli_identifier.chain import smooth_motion
+from heli_identifier.chain import CHANNELS, Controller, smooth_motion
 from heli_identifier.tracing.fit import Fit, fit
 from heli_identifier.tracing.helicopter import Rig
 from heli_identifier.tracing.noise import SHAPES, AxisFilter, filter_gains, filters
-from heli_identifier.tracing.references import CHANNELS, Controller
 from heli_identifier.tracing.rig import Array, Parameters, Record
 from heli_identifier.tracing.settings import BLOCK, PER_LOG, SETTLING
 

@@ -22,7 +22,6 @@ __all__ = [
     "Scores",
     "Verdict",
     "coordinates_of",
-    "find_references",
     "fit",
     "helicopter",
     "identify_plant",
@@ -44,7 +43,6 @@ from .likelihood import Likelihood
 from .motion import lag_voltages, record_start
 from .noise import coordinates_of
 from .outlying_logs import sign_notes
-from .references import find_references
 from .score import Scores
 from .select import select
 from .settings import DiagnosisSettings

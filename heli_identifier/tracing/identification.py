@@ -15,6 +15,8 @@ from heli_identifier.chain import (
     FAULTS,
     ROTOR_TIMING,
     Defect,
+    References,
+    find_references,
     find_slips,
     inspect_logs,
     mark_events,
@@ -30,7 +32,6 @@ from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
 from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, refuse_unlimited, sign_notes
 from .pushes import find_pushes
-from .references import References, find_references
 from .rig import Array, Candidate, average_blocks
 from .select import Finding, Selection, fit_delivered, select
 from .settings import KEPT, ROUNDS, SETTLING, TIMED, TIMED_OUTSIDE, UNKNOWN, DiagnosisSettings

@@ -144,7 +144,7 @@ class Candidate:
     shape_names: Mapping[str, str] = dataclasses.field(default_factory=dict)
     """What the shapes are called in results, by field."""
     fault: Fault | None = None
-    """Of a fault of the log, which competes with the effects and never becomes part of the plant."""
+    """Of a fault of the log, which competes with the effects and is no part of the fitted plant."""
 
     @property
     def shown_from(self) -> float:

@@ -150,18 +150,6 @@ a log that is read otherwise, as a mirror image or in another unit; a torque tha
 air imitates with up to 15; under a controller a delay of the rotors or a bending arm, which its answers to an encoder
 that does not shake imitate with up to 20."""
 
-# --- what moved the rig from outside (references.py) ---
-
-ADDED_R2 = 0.01
-"""R2 that past outputs may add to a reference's own past: feedback in disguise adds .1 to 1. And the R2 above which the
-angles' innovations explain the voltages, so that a controller flies."""
-
-OUTSIDE_SHARE = 0.2
-"""Least share of a channel's variance that comes from outside; below it small errors of gains are large ones of r."""
-
-EXACT = 0.0001
-"""Mean innovation, without the largest tenth, over the voltages' mean step, below which a law is exact."""
-
 # --- what a parameter rests on (findings.py) ---
 
 DETERMINED = 0.35
