@@ -20,6 +20,7 @@ from heli_identifier.chain.inspection import estimate_jitter, inspect_logs
 from heli_identifier.errors import LogError
 from heli_identifier.records import Event, Log, quantisation_step
 from heli_identifier.results import diagnose
+from heli_identifier.results.determination import parameter_reports
 from heli_identifier.tracing import identify_plant
 from heli_identifier.tracing.settings import SETTLING
 from heli_plant.effects import AXES
@@ -171,7 +172,7 @@ def test_commands_ahead_of_the_amplifiers_limit_are_refused_and_a_rig_with_a_hig
     )
     with pytest.raises(LogError, match="they are commands ahead of that limit"):
         identify_plant(limited)
-    assert identify_plant(free).parameters["k_x"].estimate.value == pytest.approx(TABLE_2.k_x, rel=0.01)
+    assert identify_plant(free).plant.estimate("k_x") == pytest.approx(TABLE_2.k_x, rel=0.01)
 
 
 @pytest.mark.parametrize("axis", ["pitch", "elevation"])
@@ -213,7 +214,7 @@ def test_voltages_that_are_late_are_named_and_no_effect_is():
     assert size == pytest.approx(0.01, abs=0.002)  # a fifth of a sample, what lag and delay trade against each other
     assert [f for f in found.selection.findings if f.effect.fault is None and f.established] == []
     for name in ("k_x", "k_z", "k_y"):  # within the interval of the sound logs
-        one, other = sound.parameters[name].estimate, found.parameters[name].estimate
+        one, other = (parameter_reports(one)[name].estimate for one in (sound, found))
         assert abs(one.value - other.value) < 1.96 * (one.standard_error or 0.0)
 
 

@@ -25,8 +25,8 @@ from heli_identifier.online.whitening import (
     whitening,
 )
 from heli_identifier.records import Event, Log, write_log
+from heli_identifier.results import Verdict
 from heli_identifier.tools.history import combine_histories, identify_log
-from heli_identifier.tracing import Verdict
 from heli_plant.parameters import TABLE_2
 from tests.blind.windy import windy_rig
 from tests.commands import heli_json

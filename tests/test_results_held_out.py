@@ -13,11 +13,12 @@ from heli_identifier.chain import FAULTS, controllers_of
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Event, Log
-from heli_identifier.results import Use, diagnose, errors_ahead, rms_figures
+from heli_identifier.results import Determination, ParameterReport, Use, diagnose, errors_ahead, rms_figures
+from heli_identifier.results.determination import _judge_parameter
+from heli_identifier.results.findings import lag_effect, lag_score
 from heli_identifier.results.held_out import _thin_errors, compare, judge_use, likelihood_of, undo_in_log
 from heli_identifier.results.prediction import HORIZONS, Model, Run, answer_deviation, simulate_record
-from heli_identifier.tracing import Determination, ParameterReport, coordinates_of, fit, helicopter, select
-from heli_identifier.tracing.findings import _judge_parameter, lag_effect, lag_score
+from heli_identifier.tracing import coordinates_of, fit, helicopter, select
 from heli_identifier.tracing.fit import covariance
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.settings import NOISE_WIDTH, PER_LOG

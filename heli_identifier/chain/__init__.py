@@ -1,8 +1,8 @@
 """What logs show without a plant: faults of the measurement chain, passages to leave out, controllers, references.
 
 A fault is described like an effect of the plant: a channel, a size, a law, bounds. It is searched in the likelihood in
-which effects are, and undone in the log; only the scale of one voltage becomes part of the plant. Defects that show without any plant, such as
-equal columns, are found by :mod:`.inspection`.
+which effects are, and undone in the log; only the scale of one voltage becomes part of the plant. Defects that show
+without any plant, such as equal columns, are found by :mod:`.inspection`.
 """
 
 # ruff: noqa: F401 - the names are the subpackage's interface

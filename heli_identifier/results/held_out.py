@@ -37,6 +37,7 @@ from heli_identifier.records import Log
 from heli_identifier.results.bootstrap import bootstrap, change_figures, rms_figures
 from heli_identifier.results.diagnosis import AxisError, AxisReport, ErrorFigure, HeldOutLikelihood, HeldOutSeries, Use
 from heli_identifier.results.prediction import HORIZONS, SPACING, STRETCH, Model, Run, answer_deviation, simulate_record
+from heli_identifier.results.statements import Determination, ParameterReport
 from heli_identifier.results.words import AHEAD
 from heli_identifier.tracing.fit import Fit, fit, fit_per_log
 from heli_identifier.tracing.helicopter import helicopter
@@ -44,7 +45,6 @@ from heli_identifier.tracing.likelihood import Likelihood, undo_in_record
 from heli_identifier.tracing.noise import filters, recolour
 from heli_identifier.tracing.rig import Array, Parameters, Record, records_of
 from heli_identifier.tracing.settings import OUTLIER
-from heli_identifier.tracing.statements import Determination, ParameterReport
 
 WHITE_TIME = 1.0
 """Longest lag [s] of the test for whiteness. What the plant lacks at longer times, the filter takes for air."""

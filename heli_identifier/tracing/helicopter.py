@@ -29,7 +29,6 @@ from .motion import (
     arm_readings,
     equation_terms,
     estimate_equations,
-    partial_residual,
     plant_accelerations,
     record_start,
     signals_of,
@@ -85,15 +84,6 @@ def plausible_range(field: str, voltage_limit: float) -> tuple[float, float]:
     return max(lower, -2.0 * width), 2.0 * width
 
 
-_EXPERIMENTS: Mapping[str, str] = {
-    "k_x": "Step the pitch by 10 degrees every 5 s for a minute; under a controller step and log its reference.",
-    "k_z": "Step the elevation by 10 degrees every 8 s for a minute; under a controller step and log its reference.",
-    "k_y": "Lean the pitch by 10 degrees for 5 s either way, six times, at a constant sum of the voltages.",
-    "a_th": "Step the pitch by 10 degrees every 5 s for a minute; under a controller step and log its reference.",
-    "a_e": "Hover at three heights 10 degrees apart for 20 s each.",
-}
-"""Experiments that determine a parameter."""
-
 _DIFFERENCE: Mapping[str, float] = {"dead_zone": 0.1, "input_delay": 0.01, "motor_lag": 0.01}
 """Finite differences [V], [s] of laws with corners in their coefficient: about a sample, or what logs resolve."""
 
@@ -141,7 +131,6 @@ class Rig:
     positive_gains: ClassVar = GAINS[:2]
     """Gains that are positive on every rig that is wired as its model says."""
     units: ClassVar[Mapping[str, str]] = {row.field: row.unit for row in BY_FIELD.values()}
-    experiments: ClassVar = _EXPERIMENTS
     state: ClassVar = PlantState._fields
     tables: ClassVar = Tables
     filter = staticmethod(run_filter)
@@ -152,7 +141,6 @@ class Rig:
     readings = staticmethod(arm_readings)
     state_in_motion = staticmethod(state_in_motion)
     plant_accelerations = staticmethod(plant_accelerations)
-    partial_residual = staticmethod(partial_residual)
 
     @staticmethod
     def air(z: Array) -> Array:

@@ -5,7 +5,6 @@ The order of its steps stands in docs/explanation/tracing.md, "The algorithm".
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -25,19 +24,17 @@ from heli_identifier.chain import (
 )
 from heli_identifier.records import ANGLES, Event, Log, check_excitation, check_moving, read_logs
 
-from .findings import catalogue_verdicts, estimates, found_effect, lag_effect, parameter_reports
-from .fit import Fit, covariance, fit, fit_log_spread
+from .fit import Fit, fit, fit_log_spread
 from .helicopter import LAG_FIELD, LAG_WIDTH, Rig, helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
-from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, refuse_unlimited, sign_notes
+from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, refuse_unlimited
 from .pushes import find_pushes
 from .rig import Array, Candidate, average_blocks
-from .select import Finding, Selection, fit_delivered, select
-from .settings import KEPT, ROUNDS, SETTLING, TIMED, TIMED_OUTSIDE, UNKNOWN, DiagnosisSettings
+from .select import Selection, fit_delivered, select
+from .settings import ROUNDS, SETTLING, TIMED, TIMED_OUTSIDE, UNKNOWN, DiagnosisSettings
 from .stability import covariance_of_logs, halves_agree, leave_logs_out, weigh_possible
-from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
-from .unknown import search_unknown
+from .unknown import Unknown, search_unknown
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share that is done."""
@@ -58,7 +55,7 @@ class IdentifiedPlant:
     """logs, held_out: As they were used: late angles and slips undone, zeros aligned, with events that are left out."""
     selection: Selection
     """The search; its ``null`` is the fit of the simplified model."""
-    unknown: tuple[FoundEffect, ...]
+    unknown: tuple[Unknown, ...]
     """Torques that the catalogue cannot name."""
     defects: tuple[Defect, ...]
     """Defects that are seen in the logs without a model."""
@@ -74,54 +71,11 @@ class IdentifiedPlant:
     references: References
     instruments: InstrumentEstimates | None
     """None where nothing came from outside."""
-    parameters: Mapping[str, ParameterReport]
-    """By the plant's fields."""
     events: tuple[Event, ...]
     """Passages in which something other than the plant acts, left out or not."""
-    agreement: Agreement | None
-    """Of disjoint halves of the logs; None for a single log."""
+    agreement: tuple[float, float, int] | None
+    """What :func:`.stability.halves_agree` returns."""
     notes: tuple[str, ...]
-
-    @cached_property
-    def effects(self) -> tuple[tuple[FoundEffect, ...], tuple[FoundEffect, ...]]:
-        """The established effects and the possible ones, strongest first."""
-        after, C, findings = self.plant, self.covariance, self.selection.findings
-        chosen = {finding.effect.field for finding in findings}
-        mechanics = [  # in the plant as terms of rigid-body mechanics
-            Finding(effect, score := self.selection.scores[effect.field], 0.0, (), refit_score=min(score.score, KEPT))
-            for effect in after.likelihood.rig.candidates if effect.field in set(after.fields) - chosen
-        ]  # fmt: skip
-        named = [
-            found_effect(self._with_late_angles(finding), after, C, self.left_out_gains.get(finding.effect.field))
-            for finding in (*findings, *mechanics) if finding.effect.fault is None
-        ]  # fmt: skip
-        late = self.defects or after.likelihood.voltages_shifted
-        lag = None if late else lag_effect(self.selection, after, C)  # a lag and voltages that are late trade off
-        every = sorted((*named, *self.unknown, *((lag,) if lag else ())), key=lambda effect: -effect.score)
-        return (
-            tuple(effect for effect in every if effect.verdict is not Verdict.POSSIBLE),
-            tuple(effect for effect in every if effect.verdict is Verdict.POSSIBLE),
-        )
-
-    @cached_property
-    def catalogue(self) -> tuple[CatalogueVerdict, ...]:
-        """The verdict on every entry of the catalogue, those of the plant first."""
-        return catalogue_verdicts(self.selection, *self.effects)
-
-    def _with_late_angles(self, finding: Finding) -> Finding:
-        """Where a controller flew, add a late angle to the alternatives of a bending arm or a delay of the rotors.
-
-        The controller answers an angle before a late log shows it, so a law that reads the voltages predicts the log
-        and the likelihood does not decide between the two. Prompt answers exclude a late angle where they are seen, but
-        an encoder with backlash reads late in any case.
-        """
-        axes = {ARM_BENDING: ("elevation",), ROTOR_TIMING: ("pitch", "elevation")}.get((finding.effect.family,), ())
-        if not axes or not self.references.closed_loop or not finding.established:
-            return finding
-        undone = self.selection.fit.likelihood.faults
-        late = [e for e in FAULT_CANDIDATES if e.name == "late" and e.axis in axes and e.axis not in self.on_time]
-        late += [e for e in FAULT_CANDIDATES if e.name == "backlash" and e.axis in axes and e.fault in undone]
-        return replace(finding, alternatives=(*finding.alternatives, *late))
 
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits
@@ -191,9 +145,7 @@ def identify_plant(
     listed = mark_events(used, (*events, *pushes)) if given.keep_events else used
     return IdentifiedPlant(
         training, kept, selection, unknown, defects, prompt, plant, C, gains, references, outside,
-        parameter_reports(plant, C, outside), tuple(event for log in listed for event in log.events),
-        halves_agree(selection.form),
-        (*slips, *shifted, *sign_notes(estimates(selection.null, covariance(selection.null), rig.gains))),
+        tuple(event for log in listed for event in log.events), halves_agree(selection.form), (*slips, *shifted),
     )  # fmt: skip
 
 
@@ -215,7 +167,7 @@ def _fit_null(likelihood: Likelihood, voltage_limit: float) -> Fit:
 
 def _search(
     null: Fit, candidates: Sequence[Candidate], defects: Sequence[Defect]
-) -> tuple[Selection, tuple[FoundEffect, ...]]:
+) -> tuple[Selection, tuple[Unknown, ...]]:
     """Search the catalogue beside the simplified model, and then search for torques that it cannot name."""
     selection = select(null, candidates)
     refuse_scaled(selection.fit, defects)

@@ -1,4 +1,4 @@
-"""Logs that do not fit the others: zeroed elsewhere, wired differently, or of another rig; and impossible signs.
+"""Logs that do not fit the others: zeroed elsewhere, wired differently, or of another rig.
 
 **Zeros.** The encoder counts from the position of the arm when the rig was switched on: on the table, or held by hand.
 A log that reads z less than the others has the voltages of another height:
@@ -14,13 +14,10 @@ read wrongly: with the sign of an axis changed or the rotors swapped it was anot
 divided it was in another unit, with voltages held to the amplifiers' limit it has the commands ahead of that. Offsets
 and noise of the log are free.
 
-**Signs.** A larger v_f - v_r raises the pitch, k_x > 0; a larger v_f + v_r raises the elevation, k_z > 0 (Table 2). The
-sign of k_y is a convention, the sense of the travel.
-
 Source: Iglewicz and Hoaglin 1993 (outliers by the median absolute deviation).
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -30,7 +27,6 @@ from scipy.signal import lfilter
 
 from heli_identifier.chain import Defect
 from heli_identifier.errors import LogError
-from heli_identifier.online import Estimate
 from heli_identifier.records import Log
 
 from .fit import Fit, fit, known_fit
@@ -251,21 +247,3 @@ def _reread(record: Record, rig: Rig, **changed: Any) -> Record:
     """Return a record with other angles or inputs, and with the initial state that they imply."""
     other = replace(record, **changed)
     return replace(other, start=rig.initial_state(other.angles, other.inputs, other.step))
-
-
-WIRED = {
-    "k_x": "the pitch counts the other way or front and rear are exchanged: set pitch = -1 under [log.signs], or "
-    "swap_rotors = true under [log],",
-    "k_z": "the elevation counts the other way: set elevation = -1 under [log.signs]",
-}
-"""By gain that is positive on every rig (Table 2): why it comes out negative, and what mends it."""
-
-
-def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
-    """Warn of gains, by the paper's symbols, that are significantly negative, and say what mends them."""
-    return tuple(
-        f"WRONG SIGN: {name} = {gain.value:.3g} {gain.unit} is negative, so {cause} of heli.toml (`heli init` writes "
-        "one), or take the entry away if it stands there already, and run it again: do not trust this result"
-        for name, cause in WIRED.items()
-        if (gain := estimates[name]).value < -OUTLIER * (gain.standard_error or 0.0)
-    )

@@ -16,7 +16,6 @@ from .rig import Array
 from .score import Scores, fall_by, pooled_dispersion
 from .select import Selection, established_families, stepwise
 from .settings import KEPT
-from .statements import Agreement
 
 
 def leave_logs_out(selection: Selection, plant: Fit) -> Array:
@@ -84,10 +83,11 @@ def weigh_possible(selection: Selection) -> tuple[dict[str, float], list[str]]:
     return gains, dropped
 
 
-def halves_agree(form: Scores) -> Agreement | None:
+def halves_agree(form: Scores) -> tuple[float, float, int] | None:
     """Compare what disjoint halves of the logs establish, the selected set being the truth; None for a single log.
 
-    Three splits, and five draws of the bootstrap for one of them, give the index to .1.
+    Returned are the mean Jaccard index over the splits, what sampling alone allows, and the number of splits. Three
+    splits, and five draws of the bootstrap for one of them, give the index to .1.
     """
     count = len(form.quadratic.H)
     if count < 2:
@@ -97,7 +97,7 @@ def halves_agree(form: Scores) -> Agreement | None:
     truth, rng = form.minimum(form.selected)[0], np.random.default_rng(0)
     observed = float(np.mean([_jaccard_index(form, half) for half in splits]))
     expected = np.mean([_jaccard_index(form.redraw(truth, rng), splits[0]) for _ in range(5)])
-    return Agreement(observed, float(expected), len(splits))
+    return observed, float(expected), len(splits)
 
 
 def _jaccard_index(form: Scores, half: Sequence[int]) -> float:
