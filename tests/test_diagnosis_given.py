@@ -11,13 +11,13 @@ from benchmarks.rigs import likelihood_of
 from heli_identifier.cli.terminal import print_diagnosis
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
-from heli_identifier.records import RigConfiguration, demo_files, read_log
+from heli_identifier.records import DiagnosisSettings, RigConfiguration, demo_files, read_log
 from heli_identifier.results import Determination, diagnose, sign_notes
 from heli_identifier.results.determination import parameter_reports
 from heli_identifier.results.diagnose import base_estimates
 from heli_identifier.results.findings import state_effects
 from heli_identifier.tools import RigLogs, diagnose_source
-from heli_identifier.tracing import DiagnosisSettings, identify_plant
+from heli_identifier.tracing import identify_plant
 from heli_identifier.tracing.fit import covariance, fit
 from heli_plant.parameters import TABLE_2
 from tests.commands import heli

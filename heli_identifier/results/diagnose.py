@@ -13,6 +13,7 @@ from heli_identifier.chain import describe_events
 from heli_identifier.errors import LogError
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.records import (
+    DiagnosisSettings,
     Geometry,
     Log,
     LogSource,
@@ -28,7 +29,7 @@ from heli_identifier.results.checking import errors_ahead
 from heli_identifier.results.curves import draw_curves
 from heli_identifier.results.determination import estimates, parameter_reports, sign_notes
 from heli_identifier.results.diagnosis import DataEntry, Diagnosis, ErrorFigure, RigVerdict
-from heli_identifier.results.findings import catalogue_verdicts, log_faults, state_effects
+from heli_identifier.results.findings import catalogue_verdicts, log_faults, outlying_log_notes, state_effects
 from heli_identifier.results.held_out import compare
 from heli_identifier.results.statements import Agreement, Determination, FoundEffect, ParameterReport, Verdict
 from heli_identifier.results.words import has_sign
@@ -36,9 +37,8 @@ from heli_identifier.tracing.fit import Fit, covariance, fit
 from heli_identifier.tracing.helicopter import LAG_FIELD
 from heli_identifier.tracing.identification import IdentifiedPlant, Progress, identify_plant
 from heli_identifier.tracing.instruments import InstrumentEstimates
-from heli_identifier.tracing.outlying_logs import outlying_log_notes
 from heli_identifier.tracing.rig import Array, Parameters, Record
-from heli_identifier.tracing.settings import ESTABLISHED, MATTERS, OUTLIER, REFITTED, SETTLING, DiagnosisSettings
+from heli_identifier.tracing.settings import ESTABLISHED, MATTERS, OUTLIER, REFITTED, SETTLING
 
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits

@@ -1,12 +1,13 @@
 """From an identified plant to what a diagnosis states of it: effects, faults of its logs, the catalogue's verdicts."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from heli_identifier.chain import ARM_BENDING, ROTOR_TIMING
 from heli_identifier.online import Estimate
+from heli_identifier.records import Log
 from heli_identifier.results.curves import describe_unknown
 from heli_identifier.results.determination import estimates, unit_suffix
 from heli_identifier.results.statements import (
@@ -19,10 +20,11 @@ from heli_identifier.results.statements import (
 from heli_identifier.tracing.fit import Fit, covariance
 from heli_identifier.tracing.helicopter import DELAY, LAG_FIELD
 from heli_identifier.tracing.identification import FAULT_CANDIDATES, IdentifiedPlant
-from heli_identifier.tracing.rig import Array, Candidate
+from heli_identifier.tracing.outlying_logs import lie_apart, mirrored, misfit
+from heli_identifier.tracing.rig import Array, Candidate, record_of
 from heli_identifier.tracing.score import Score
 from heli_identifier.tracing.select import Finding, Selection
-from heli_identifier.tracing.settings import ESTABLISHED, KEPT, TIMED
+from heli_identifier.tracing.settings import ESTABLISHED, KEPT, OUTLIER, PER_LOG, TIMED
 
 
 def state_effects(identified: IdentifiedPlant) -> tuple[tuple[FoundEffect, ...], tuple[FoundEffect, ...]]:
@@ -179,3 +181,34 @@ def _bound(effect: Candidate, estimate: Estimate) -> float:
     """
     low, high = estimate.interval
     return max(high, estimate.standard_error or 0.0) if effect.lower >= 0.0 else max(abs(low), abs(high))
+
+
+def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
+    """Name the logs that do not belong to the others: mirror images, logs that fit far worse or have other gains."""
+    rig, reasons = fitted.likelihood.rig, list[tuple[str, str]]()
+    records = [record_of(log, rig) for log in logs]
+    as_read = [misfit(fitted, record) for record in records]
+    scales = np.array([np.nanmedian(sigma / fitted.sigma) for _, sigma in as_read])
+    for log, record, (F, _), scale in zip(logs, records, as_read, scales, strict=True):
+        alike = [other.rate_hz == log.rate_hz for other in logs]  # an average over 10 ms has less noise
+        usual = float(np.median(scales[alike]))
+        if mirror := mirrored(fitted, record, F):
+            reasons.append((log.name, f"it fits with {mirror[0]}"))
+        elif scale > 2.5 * usual:  # the air of one room hardly makes a ratio of two
+            reasons.append((log.name, f"its innovations are {scale / usual:.1f} times theirs"))
+    return tuple(
+        f"the log {name} does not belong to the others: {why}. Correct it in heli.toml or leave it out, and run this "
+        "again"
+        for name, why in (*reasons, *_other_gains(fitted))
+    )
+
+
+def _other_gains(fitted: Fit) -> Iterator[tuple[str, str]]:
+    """Name the training logs whose gains, all of them or one, lie apart from those of the others."""
+    axes, records = fitted.likelihood.rig.axes, fitted.likelihood.records
+    gains = fitted.point.per_log[:, 3 * len(axes) : 4 * len(axes)]
+    outlying = lie_apart(gains, OUTLIER * PER_LOG[3]) & (len(records) > 2)  # of two neither is the other one
+    for record, offset, apart in zip(records, gains - np.median(gains, axis=0), outlying, strict=True):
+        if apart.any():
+            said = ", ".join(f"{100.0 * np.expm1(offset[i]):+.0f} % on the {axes[i]}" for i in np.flatnonzero(apart))
+            yield record.name, f"its gains differ from theirs by {said}, as those of another rig or another supply"

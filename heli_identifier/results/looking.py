@@ -8,7 +8,7 @@ import numpy as np
 from heli_identifier import tracing
 from heli_identifier.chain import describe_events
 from heli_identifier.online import GAINS
-from heli_identifier.records import Log, LogSource, common_configuration, read_logs
+from heli_identifier.records import DiagnosisSettings, Log, LogSource, common_configuration, read_logs
 from heli_identifier.results.determination import estimates, parameter_reports, sign_notes
 from heli_identifier.results.findings import catalogue_verdicts, state_effects
 from heli_identifier.results.statements import Determination, FoundEffect, ParameterReport
@@ -74,7 +74,7 @@ def look(logs: LogSource | Sequence[LogSource]) -> Look:
     LogError as :func:`heli_identifier.tracing.identify_plant` raises it.
     """
     used = read_logs(logs)
-    identified = tracing.identify_plant(used, tracing.DiagnosisSettings.from_rig(common_configuration(used)))
+    identified = tracing.identify_plant(used, DiagnosisSettings.from_rig(common_configuration(used)))
     references, null = identified.references, identified.selection.null
     rig, reports, effects = null.likelihood.rig, parameter_reports(identified), sum(state_effects(identified), ())
     ranked = rank_experiments(reports, effects, catalogue_verdicts(identified.selection, effects))

@@ -1,7 +1,6 @@
 __all__ = [
     "BASE",
     "CURVE",
-    "DiagnosisSettings",
     "Fit",
     "IdentifiedPlant",
     "Likelihood",
@@ -29,4 +28,3 @@ from .motion import lag_voltages, record_start
 from .noise import coordinates_of
 from .score import Scores
 from .select import select
-from .settings import DiagnosisSettings

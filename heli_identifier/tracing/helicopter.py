@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 
 from heli_identifier.online import GAINS, ModelParameters
-from heli_identifier.records import Log, highest_voltage
+from heli_identifier.records import DiagnosisSettings, Log, highest_voltage
 from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, Effect, effect_of
 from heli_plant.laws import motor_input, thrust_voltage
 from heli_plant.parameters import BY_FIELD, PlantParameters
@@ -37,7 +37,7 @@ from .motion import (
 )
 from .noise import physical
 from .rig import Array, Candidate, Coordinate, Record
-from .settings import CATALOGUE_WIDTHS, DIFFERENCE, GAIN_WIDTH, PER_LOG, TIMED, DiagnosisSettings
+from .settings import CATALOGUE_WIDTHS, DIFFERENCE, GAIN_WIDTH, PER_LOG, TIMED
 
 LAG_FIELD, DELAY = "motor_lag_rotors", "input_delay_rotors"
 BASE = (*ModelParameters._fields, LAG_FIELD)

@@ -22,7 +22,7 @@ from heli_identifier.chain import (
     undo_delays,
     undo_slips,
 )
-from heli_identifier.records import ANGLES, Event, Log, check_excitation, check_moving, read_logs
+from heli_identifier.records import ANGLES, DiagnosisSettings, Event, Log, check_excitation, check_moving, read_logs
 
 from .fit import Fit, fit, fit_log_spread
 from .helicopter import LAG_FIELD, LAG_WIDTH, Rig, helicopter
@@ -32,7 +32,7 @@ from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, refuse_u
 from .pushes import find_pushes
 from .rig import Array, Candidate, average_blocks
 from .select import Selection, fit_delivered, select
-from .settings import ROUNDS, SETTLING, TIMED, TIMED_OUTSIDE, UNKNOWN, DiagnosisSettings
+from .settings import ROUNDS, SETTLING, TIMED, TIMED_OUTSIDE, UNKNOWN
 from .stability import covariance_of_logs, halves_agree, leave_logs_out, weigh_possible
 from .unknown import Unknown, search_unknown
 

@@ -1,14 +1,11 @@
-"""Constants of the tracer with their reasons, and what is given of one rig. Numbers of one formula stand beside it."""
+"""Constants of the tracer with their reasons. Numbers of one formula stand beside it."""
 
-from dataclasses import dataclass, fields
 from itertools import product
 from math import log
 
 import numpy as np
 
 from heli_identifier.chain import SETTLING as SETTLING
-from heli_identifier.errors import require_positive
-from heli_identifier.records import GivenRig, RigConfiguration
 
 # --- the noise of the likelihood (noise.py) ---
 
@@ -163,33 +160,3 @@ that rest on the noise model are wrong in quiet flights in air that swirls, 2 of
 MATTERS = 0.1
 """Relative difference of two gains up to which instruments contradict nothing: in air that swirls, their gain of the
 travel comes out 6 % low, and .8 dB matters to no controller."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class DiagnosisSettings(GivenRig):
-    """What is given of a rig, its logs and its encoders.
-
-    Raises
-    ------
-    ConfigurationError
-        A value is out of bounds, or the catalogue has no such effect; the message names it, its value and its bound.
-    """
-
-    voltage_limit: float = 5.0
-    """Saturation of both voltages [V]."""
-    keep_events: bool = False
-    """Use also the passages in which something other than the plant acts; by default they are left out. They are listed
-    either way."""
-    counts: tuple[int, int, int] = (4096, 4096, 8192)
-    """Counts per turn of the encoders of pitch, elevation, travel."""
-
-    def __post_init__(self) -> None:
-        require_positive("voltage_limit", self.voltage_limit, "V")
-        super().__post_init__()
-
-    @classmethod
-    def from_rig(cls, configuration: RigConfiguration) -> "DiagnosisSettings":
-        """Make settings of all that a rig's configuration states."""
-        given = {one.name: getattr(configuration, one.name) for one in fields(GivenRig)}
-        form = configuration.format
-        return cls(**given, voltage_limit=form.voltage_limit, counts=form.encoder_counts)
