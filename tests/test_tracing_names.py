@@ -11,6 +11,7 @@ from scipy.stats import chi2
 from benchmarks.rigs import likelihood_of, windy_logs
 from heli_identifier.results import Verdict, log_likelihood
 from heli_identifier.results.curves import describe_unknown, partial_residual
+from heli_identifier.results.held_out import air_of
 from heli_identifier.tracing import helicopter, select
 from heli_identifier.tracing.fit import covariance, fit, fit_log_spread
 from heli_identifier.tracing.noise import error_dynamics
@@ -286,7 +287,7 @@ def test_beside_an_unknown_torque_nothing_false_is_named_and_the_air_is_calm_aga
     before, after, _ = searched_unknown(name)
     assert not [f.effect.field for f in after.findings if f.established]
     # the simulated air has .003 rad/s^2; before, it had to follow the torque
-    assert after.fit.air()[0].max() < 0.006 < before.fit.air()[0].max()
+    assert air_of(after.fit)[0].max() < 0.006 < air_of(before.fit)[0].max()
 
 
 def test_score_is_that_of_one_degree_of_freedom_as_rare():

@@ -90,7 +90,7 @@ def parameter_reports(identified: IdentifiedPlant) -> dict[str, ParameterReport]
         instrument, share = by_instruments.get(name, (None, None))
         allowed = DETERMINED * (abs(estimate.value) if is_gain else 0.5 * (high - low))
         determination, why, contradicted = _judge_parameter(estimate, instrument, share, allowed, is_gain)
-        if name == LAG_FIELD and fitted.likelihood.voltages_shifted:
+        if name == LAG_FIELD and voltages_shifted(fitted):
             determination = Determination.NOT_DETERMINED
             why = "it trades off against the timing of the voltages in the log"
         experiment = "" if determination is Determination.OUTSIDE else EXPERIMENTS.get(name, "")
@@ -138,6 +138,11 @@ def _with_half_width(value: float, half: float) -> str:
     """Return a value and the half-width of its interval, both to the second digit of the half-width."""
     digits = max(1 - floor(log10(half)), 0) if 0.0 < half < inf else 3
     return f"{value:z.{digits}f} ± {half:.{digits}f}"
+
+
+def voltages_shifted(fitted: Fit) -> bool:
+    """Whether a delay of the logged voltages is undone: the lag of the motors trades off against it."""
+    return any(fault.channel == "voltages" for fault in fitted.likelihood.faults)
 
 
 def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:

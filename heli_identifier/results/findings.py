@@ -9,14 +9,8 @@ from heli_identifier.chain import ARM_BENDING, ROTOR_TIMING
 from heli_identifier.online import Estimate
 from heli_identifier.records import Log
 from heli_identifier.results.curves import describe_unknown
-from heli_identifier.results.determination import estimates, unit_suffix
-from heli_identifier.results.statements import (
-    CatalogueVerdict,
-    FoundEffect,
-    LogFault,
-    NamedShape,
-    Verdict,
-)
+from heli_identifier.results.determination import estimates, unit_suffix, voltages_shifted
+from heli_identifier.results.statements import CatalogueVerdict, FoundEffect, LogFault, NamedShape, Verdict
 from heli_identifier.tracing.fit import Fit, covariance
 from heli_identifier.tracing.helicopter import DELAY, LAG_FIELD
 from heli_identifier.tracing.identification import FAULT_CANDIDATES, IdentifiedPlant
@@ -40,7 +34,7 @@ def state_effects(identified: IdentifiedPlant) -> tuple[tuple[FoundEffect, ...],
         for f in (*selection.findings, *mechanics) if f.effect.fault is None
     ]  # fmt: skip
     unknown = [describe_unknown(selection.fit, torque) for torque in identified.unknown]
-    late = identified.defects or after.likelihood.voltages_shifted
+    late = identified.defects or voltages_shifted(after)
     lag = None if late else lag_effect(selection, after, C)  # a lag and voltages that are late trade off
     every = sorted((*named, *unknown, *((lag,) if lag else ())), key=lambda effect: -effect.score)
     return (

@@ -64,6 +64,18 @@ def likelihood_of(model: Model, record: Record) -> tuple[Run, Array]:
     return Run.along(model, record, b[: len(sigma)], aligned, pushes), density
 
 
+def air_of(fitted: Fit) -> Array:
+    """Return level [rad/s^2], c, f [1/s], psi [rad] and k [1/s] of the air of every axis, shape (5, a).
+
+    The level is the standard deviation of the part that lasts for 1/:data:`.settings.SLOW_RATE`: a shorter torque does
+    not move a bench.
+    """
+    air, record = fitted.likelihood.rig.air(fitted.point.z), fitted.likelihood.records[0]
+    axes = fitted.likelihood.filters(record, fitted.point)
+    lasting = [max(np.linalg.matrix_power(axis.F, record.held)[0, 0], 0.0) for axis in axes]
+    return np.vstack((air[0] * fitted.encoder_noise() * np.sqrt(lasting), air[1:]))
+
+
 def undo_in_log(faults: Mapping[Fault, float], log: Log, limit: float) -> Log:
     """Return a log with faults undone; the amplifiers give at most ``limit`` [V], or what was logged."""
     voltages, angles = undo_faults(faults, log.voltages, log.angles, log.step)
@@ -111,7 +123,7 @@ def compare(
         name: change_figures(of_before, errors["after"][name], SPACING) for name, of_before in errors["before"].items()
     }
     residuals = {name: [_standardise(run, models["after"]) for run in of_model] for name, of_model in runs.items()}
-    floor, air = _noise_floor(models["after"], ours), after.air()
+    floor, air = _noise_floor(models["after"], ours), air_of(after)
     moved = [(run.measured(1.0) - run.motion[:, :3], run.motion[:, 3:]) for run in ours]
     angle_stays = rms_figures([angles for angles, _ in moved], SPACING, "error 1 s ahead")
     rate_stays = rms_figures([angles - rates for angles, rates in moved], SPACING, "error 1 s ahead")

@@ -115,6 +115,15 @@ class Model:
         return after, e
 
 
+def clear_passages(record: Record) -> list[tuple[int, int]]:
+    """Return the passages of a record, in samples, outside of what is left out."""
+    clear = np.ones(record.samples, dtype=bool)
+    for start, end in record.left_out:
+        clear[(record.time >= start) & (record.time <= end)] = False
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], clear, [False])))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
+
+
 Answer = Callable[[Array, float], Array]
 """Takes deviations (n, a) [rad] and the time between them [s], gives the voltages (n, 2) [V] that answer them."""
 
@@ -145,8 +154,9 @@ class Run:
         ``pushes`` are the sizes [rad/s^2] of the torques of :attr:`.Record.pushes`.
         """
         run = cls(model, record, aligned or record, offset, record.torque(offset, pushes), ())
-        states = run.states([first for first, _ in record.clear])
-        passages = [(first, last, state) for (first, last), state in zip(record.clear, states, strict=True)]
+        clear = clear_passages(record)
+        states = run.states([first for first, _ in clear])
+        passages = [(first, last, state) for (first, last), state in zip(clear, states, strict=True)]
         return replace(run, passages=passages)
 
     @cached_property

@@ -204,10 +204,8 @@ def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -
 def _imitated_by_answers(selection: Selection, logs: Sequence[Log], references: References) -> list[str]:
     """Delays of the rotors and bendings of the arm in a selection that may be a controller's answers to its encoders.
 
-    A controller's voltages follow the air and the counts of the encoders. A delay or a bending, beside a wrong gain,
-    fits that: with up to 20 nats where encoders do not shake, and with any score where only air moves the rig. So each
-    needs :data:`.settings.UNKNOWN` nats, and references have to time the rotors. The weakest goes first, because two
-    of them may hide each other.
+    Each needs :data:`.settings.UNKNOWN` nats, and references have to time the rotors. The weakest goes first, because
+    two of them may hide each other.
     """
     timed = [f for f in selection.findings if (f.effect.family,) in (ARM_BENDING, ROTOR_TIMING)]
     if not timed or not references.closed_loop:

@@ -172,11 +172,6 @@ class Likelihood:
         """Return the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
         return float(0.5 * (x @ x + (point.z**2).sum() + ((point.per_log / self.tau) ** 2).sum()))
 
-    @property
-    def voltages_shifted(self) -> bool:
-        """Whether a delay of the logged voltages is undone: the lag of the motors trades off against it."""
-        return any(fault.channel == "voltages" for fault in self.faults)
-
     def undo_faults(self, faults: Mapping[Fault, float]) -> "Likelihood":
         """Return the likelihood of the logs with faults undone."""
         logged = self.logged or self.records

@@ -1,18 +1,13 @@
 """Logs that do not fit the others: zeroed elsewhere, wired differently, or of another rig.
 
-**Zeros.** The encoder counts from the position of the arm when the rig was switched on: on the table, or held by hand.
-A log that reads z less than the others has the voltages of another height:
+A log whose elevation reads z less than that of the others has the voltages of another height:
 
     eps'' = -a_e (eps + z) - a_1 + ...,    z_l = -(b_l - median over l of b_l) / a_e.
 
 Up to three standard deviations of b_l a zero is an offset of its log, which every fit estimates. Beyond that the plant
-with its effects decides, fitted to the logs that agree. An arm that was balanced differently has other voltages as
-well; sines of the elevation tell the two apart, and a log is not shifted if that makes it less likely.
-
-**Other readings.** A log that gets likelier by more than :data:`.settings.UNKNOWN` nats when it is read otherwise was
-read wrongly: with the sign of an axis changed or the rotors swapped it was another one's mirror image, with an angle
-divided it was in another unit, with voltages held to the amplifiers' limit it has the commands ahead of that. Offsets
-and noise of the log are free.
+with its effects decides, fitted to the logs that agree. A log that gets likelier by more than
+:data:`.settings.UNKNOWN` nats when it is read otherwise was read wrongly. docs/explanation/tracing.md says more of
+both under "Logs that differ".
 
 Source: Iglewicz and Hoaglin 1993 (outliers by the median absolute deviation).
 """

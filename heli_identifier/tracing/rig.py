@@ -229,15 +229,6 @@ class Record:
         time, inputs, angles, weights = (every[:n] for every in (self.time, self.inputs, self.angles, self.weights))
         return replace(self, time=time, inputs=inputs, angles=angles, weights=weights, pushes=pushes)
 
-    @property
-    def clear(self) -> list[tuple[int, int]]:
-        """Passages of the record, in samples, outside of what is left out."""
-        clear = np.ones(self.samples, dtype=bool)
-        for start, end in self.left_out:
-            clear[(self.time >= start) & (self.time <= end)] = False
-        edges = np.flatnonzero(np.diff(np.concatenate(([False], clear, [False])))).tolist()
-        return list(zip(edges[::2], edges[1::2], strict=True))
-
     @cached_property
     def slower(self) -> "Record":
         """The record at the rate of sensitivities to torques, its inputs averaged."""

@@ -2,10 +2,9 @@
 
 An effect enters the model at a score of :data:`.settings.KEPT` nats, the largest first, and leaves it below; when the
 set no longer changes, the model is refitted and the catalogue is scored again around that fit, until the set does not
-change there either. An effect that has left does not enter again. If the data do not tell laws of one family apart, the
-one with the fewest shapes is taken. An effect that scores :data:`.settings.ESTABLISHED` is established, if a refit
-without it loses as much: for a law with corners, such as a dead zone, the quadratic form predicts five times the loss
-of the refit. Effects of one family are one finding, and its score is the loss of the likelihood without all of them.
+change there either. An effect that scores :data:`.settings.ESTABLISHED` is established, if a refit without it loses as
+much: for a law with corners, such as a dead zone, the quadratic form predicts five times the loss of the refit. Effects
+of one family are one finding, and its score is the loss of the likelihood without all of them.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence

@@ -26,15 +26,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from .likelihood import Likelihood, Point, undo_in_record
-from .noise import (
-    SHAPES,
-    AxisFilter,
-    error_dynamics,
-    filters,
-    reading_dynamics,
-    slopes_of_colour,
-    start_memory,
-)
+from .noise import SHAPES, AxisFilter, error_dynamics, filters, reading_dynamics, slopes_of_colour, start_memory
 from .rig import Array, Coordinate, Parameters, means
 from .settings import DIFFERENCE, OUTLIER, PER_LOG
 
