@@ -21,6 +21,7 @@ from heli_identifier.tracing.select import fit_delivered
 from heli_identifier.tracing.settings import SMOOTH_NATS, UNKNOWN
 from heli_identifier.tracing.stability import covariance_of_logs, halves_agree, leave_logs_out, left_out_gain
 from heli_identifier.tracing.unknown import Unknown, scan, search_unknown
+from heli_plant.effects import effect_of
 from heli_plant.parameters import TABLE_2
 from heli_plant.tabulated_torque import KNOTS, tabulated_torque
 from tests.blind.windy import windy_rig
@@ -173,8 +174,7 @@ def test_a_law_is_drawn_as_smooth_as_its_data():
     plant = TABLE_2._replace(input_delay_rotors=0.06)
     log = noisy_log(plant, drive(60.0, 3), 3, name="late")
     rig = helicopter([log])
-    effect = next(own for own in rig.effects if own.name == "input_delay")
-    *_, residual, law = partial_residual(rig, record_of(log, rig), plant, TABLE_2, effect)
+    *_, residual, law = partial_residual(rig, record_of(log, rig), plant, TABLE_2, effect_of("input_delay_rotors"))
     assert float(law @ residual / (law @ law)) == pytest.approx(1.0, abs=0.1)  # air and encoder add some .02
 
 

@@ -16,10 +16,10 @@ from heli_identifier.results.statements import (
 from heli_identifier.tracing.fit import Fit, covariance
 from heli_identifier.tracing.helicopter import Rig
 from heli_identifier.tracing.motion import lag_voltages
-from heli_identifier.tracing.rig import Array, Candidate, Parameters, Record
+from heli_identifier.tracing.rig import Array, Parameters, Record
 from heli_identifier.tracing.settings import PER_LOG, WINDOW
 from heli_identifier.tracing.unknown import TIME, Unknown, curve_basis, visited_values
-from heli_plant.effects import AXES
+from heli_plant.effects import AXES, Effect, effect
 
 POINTS = 121
 """Points of a drawn curve."""
@@ -32,20 +32,18 @@ def draw_curves(fitted: Fit, effects: Sequence[FoundEffect]) -> tuple[EffectCurv
     of the variable; the law's curve is the plant with the effect less the plant without, at the same motion.
     """
     rig, drawn = fitted.likelihood.rig, []
-    laws = {(e.name, e.axis): e for e in rig.effects if e.drawn_against}
     for found in effects:
-        shape, effect = found.shape, laws.get((found.name, found.axis))
-        if isinstance(shape, CurveShape):
+        if isinstance(shape := found.shape, CurveShape):
             curve = np.column_stack((shape.curve, shape.band[:, 1:]))
             drawn.append(EffectCurve(found.name, found.axis, shape.variable, shape.unit, np.empty((0, 2)), curve))
-        if effect is None or found.coefficient is None or not found.in_plant:
+        if found.coefficient is None or not found.in_plant or not (law := effect(found.name, found.axis)).drawn_against:
             continue
-        bare = rig.assign(fitted.parameters, {effect.field: 0.0})
-        parts = [partial_residual(rig, record, fitted.parameters, bare, effect) for record in fitted.likelihood.records]
+        bare = rig.assign(fitted.parameters, {law.field: 0.0})
+        parts = [partial_residual(rig, record, fitted.parameters, bare, law) for record in fitted.likelihood.records]
         axis, variable, unit = parts[0][:3]
-        x, y, law = (np.concatenate([part[k] for part in parts]) for k in (3, 4, 5))
+        x, y, torque = (np.concatenate([part[k] for part in parts]) for k in (3, 4, 5))
         bins = np.array_split(np.argsort(x), 32)
-        X, Y, g = (np.array([v[b].mean() for b in bins]) for v in (x, y, law))
+        X, Y, g = (np.array([v[b].mean() for b in bins]) for v in (x, y, torque))
         value, error = found.coefficient.value, found.coefficient.standard_error or 0.0
         spread = 1.96 * abs(error / value) * abs(g) if value else 0.0
         band = np.column_stack((X, g, g - spread, g + spread))
@@ -54,20 +52,20 @@ def draw_curves(fitted: Fit, effects: Sequence[FoundEffect]) -> tuple[EffectCurv
 
 
 def partial_residual(
-    rig: Rig, record: Record, parameters: Parameters, bare: Parameters, effect: Candidate
+    rig: Rig, record: Record, parameters: Parameters, bare: Parameters, law: Effect
 ) -> tuple[str, str, str, Array, Array, Array]:
     """Return the points of an effect's curve; an effect of the rotors is drawn on the elevation.
 
     Returned are axis, variable, its unit and its values, the measured acceleration minus that of ``bare``, the
     plant without the effect, and the acceleration by the effect, both smoothed.
     """
-    axis, h = AXES.index("elevation" if effect.axis not in AXES else effect.axis), record.step
+    axis, h = AXES.index("elevation" if law.axis not in AXES else law.axis), record.step
     both = rig.plant_accelerations(record, parameters, bare, window=WINDOW)
     whole, without = (smooth_acceleration(of_plant[:, axis], h) for of_plant in both)
     inner = slice(round(1.0 / h), -round(1.0 / h))
     y = local_cubic(record.angles[:, axis], h, WINDOW, 2) - without
     motion = smooth_motion(record.angles, h, WINDOW)
-    variable, unit, x = _drawn_variable(record, effect.drawn_against, axis, motion, parameters)
+    variable, unit, x = _drawn_variable(record, law.drawn_against or "", axis, motion, parameters)
     return AXES[axis], variable, unit, x[inner], y[inner], (whole - without)[inner]
 
 

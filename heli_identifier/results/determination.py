@@ -18,6 +18,7 @@ from heli_identifier.tracing.helicopter import LAG_FIELD
 from heli_identifier.tracing.identification import IdentifiedPlant
 from heli_identifier.tracing.rig import Array, Parameters
 from heli_identifier.tracing.settings import CONFIRMED, DETERMINED, MATTERS, OUTLIER
+from heli_plant.parameters import BY_FIELD
 
 EXPERIMENTS: Mapping[str, str] = {
     "k_x": "Step the pitch by 10 degrees every 5 s for a minute; under a controller step and log its reference.",
@@ -42,7 +43,7 @@ def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimat
     The standard errors of gains, which the file has at 0 V, hold for a known curve of the thrust. The standard error of
     the curve is the one towards a straight line.
     """
-    units, found = fitted.likelihood.rig.units, {}
+    found = {}
     curve = next((i for i, c in enumerate(fitted.coordinates) if c.bend), None)
     for name in fields:
         error: float | None
@@ -54,7 +55,7 @@ def estimates(fitted: Fit, C: Array, fields: Sequence[str]) -> dict[str, Estimat
             if curve is not None:
                 gradient[curve] = 0.0
             error = float(np.sqrt(gradient @ C @ gradient)) if gradient.any() else None
-        found[name] = Estimate(float(getattr(fitted.parameters, name)), error, units[name])
+        found[name] = Estimate(float(getattr(fitted.parameters, name)), error, BY_FIELD[name].unit)
     return found
 
 
@@ -73,17 +74,17 @@ def parameter_reports(identified: IdentifiedPlant) -> dict[str, ParameterReport]
     fitted, C, outside = identified.plant, identified.covariance, identified.instruments
     rig, reports = fitted.likelihood.rig, {}
     by_instruments = {
-        name: (Estimate(float(value), float(half) / 1.96, rig.units[name]), float(share))
+        name: (Estimate(float(value), float(half) / 1.96, BY_FIELD[name].unit), float(share))
         for axis in (outside.axes if outside else ())
         for name, value, half, share in zip(axis.parameters, axis.values, axis.half_widths, axis.shares, strict=True)
-        if np.isfinite(value) and name in rig.units
+        if np.isfinite(value) and name in BY_FIELD
     }
     for i, (name, coordinate) in enumerate(zip(fitted.fields, fitted.coordinates, strict=False)):
         if name not in rig.base:
             continue
         is_gain, value = name in rig.gains, fitted.estimate(name)
         if is_gain:
-            estimate = Estimate(value, float(fitted.slope(name) * np.sqrt(C[i, i])), rig.units[name])
+            estimate = Estimate(value, float(fitted.slope(name) * np.sqrt(C[i, i])), BY_FIELD[name].unit)
         else:
             estimate = estimates(fitted, C, [name])[name]
         low, high = sorted(estimate.value - value + coordinate.value(x) for x in (-1.96, 1.96))

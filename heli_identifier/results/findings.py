@@ -19,6 +19,8 @@ from heli_identifier.tracing.rig import Array, Candidate, record_of
 from heli_identifier.tracing.score import Score
 from heli_identifier.tracing.select import Finding, Selection
 from heli_identifier.tracing.settings import ESTABLISHED, KEPT, OUTLIER, PER_LOG, TIMED
+from heli_plant.effects import effect_of
+from heli_plant.parameters import BY_FIELD
 
 
 def state_effects(identified: IdentifiedPlant) -> tuple[tuple[FoundEffect, ...], tuple[FoundEffect, ...]]:
@@ -70,28 +72,34 @@ def lag_score(fitted: Fit, C: Array) -> Score:
 
 def found_effect(finding: Finding, fitted: Fit, C: Array, left_out_gain: float | None = None) -> FoundEffect:
     """State one effect of a selection; ``fitted`` is the corrected plant."""
-    effect, units, p = finding.effect, fitted.likelihood.rig.units, fitted.parameters
+    effect, p = finding.effect, fitted.parameters
     others, in_plant = [other for other in finding.alternatives if other.field not in fitted.fields], False
     coefficient = Estimate(finding.score.value, finding.score.standard_error, effect.unit)
-    shapes = {name: Estimate(float(value), None, units[name]) for name, value in finding.score.shapes.items()}
+    shapes = {name: Estimate(float(value), None, BY_FIELD[name].unit) for name, value in finding.score.shapes.items()}
     if effect.field in fitted.fields:
         in_plant, shapes = True, estimates(fitted, C, effect.shapes)
         coefficient = estimates(fitted, C, [effect.field])[effect.field]
-    verdict, experiment = Verdict.POSSIBLE, effect.experiment
+    verdict, experiment = Verdict.POSSIBLE, _experiment(effect)
     if finding.established:
         verdict = Verdict.AMBIGUOUS if others else Verdict.SHOWN
-        experiment = effect.experiment if others else ""
-    if others and others[0].experiment != effect.experiment:
-        both = (f"For {one.name.replace('_', ' ')}: {one.experiment}" for one in (effect, others[0]))
+        experiment = experiment if others else ""
+    if others and _experiment(others[0]) != _experiment(effect):
+        both = (f"For {one.name.replace('_', ' ')}: {_experiment(one)}" for one in (effect, others[0]))
         experiment = " ".join(("Measure what shows either alone.", *both))
+    names = {shape.field: shape.name for shape in effect_of(effect.field).shapes}
     timing = 1e3 * (p.T_m + p.motor_lag_rotors + p.input_delay_rotors)
     return FoundEffect(
         effect.name, effect.axis, coefficient, verdict, effect.family,
         tuple((other.name, other.axis) for other in others),
-        NamedShape({effect.shape_names.get(name, name): value for name, value in shapes.items()}),
+        NamedShape({names[name]: value for name, value in shapes.items()}),
         finding.stated_score, experiment, in_plant, left_out_gain,
         f"lag and delay of the rotors together: {timing:.0f} ms" if (effect.family,) == ROTOR_TIMING else "",
     )  # fmt: skip
+
+
+def _experiment(effect: Candidate) -> str:
+    """Return what to measure to see an effect, or what to do about a fault of a log."""
+    return effect.fault.advice if effect.fault else effect_of(effect.field).experiment
 
 
 def log_faults(identified: IdentifiedPlant) -> tuple[LogFault, ...]:
@@ -158,7 +166,7 @@ def _verdict(effect: Candidate, score_of: Score | None, stated: FoundEffect | No
     elif score > effect.shown_from:
         why = f"{score:.1f} nats by the quadratic form, but a fit with it is hardly likelier than one without"
     elif 0.5 * (largest / max(error, 1e-300)) ** 2 < ESTABLISHED:
-        verdict, experiment = Verdict.NOT_TESTABLE, effect.experiment
+        verdict, experiment = Verdict.NOT_TESTABLE, _experiment(effect)
         little = f"{left:.2g} % of its signature is left beside the fitted parameters"
         because = "these logs hardly excite it" if left > 50.0 else little
         why = f"its standard error of {error:.2g}{unit} could not show even {largest:g}{unit}: {because}"

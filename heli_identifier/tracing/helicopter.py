@@ -99,9 +99,8 @@ def _candidate(entry: Effect, lowest: float, settings: DiagnosisSettings) -> Can
     starts = tuple(dict(zip(grids, values, strict=True)) for values in product(*grids.values()))
     return Candidate(
         entry.field, entry.name, entry.axis, entry.unit, entry.lower, entry.upper, entry.family,
-        tuple(s.field for s in estimated), starts, entry.experiment,
-        next((s.field for s in entry.shapes if s.start == STEP_TIMES), ""), entry.certain, entry.drawn_against or "",
-        {shape.field: shape.name for shape in entry.shapes},
+        tuple(s.field for s in estimated), starts,
+        next((s.field for s in entry.shapes if s.start == STEP_TIMES), ""), entry.certain,
     )  # fmt: skip
 
 
@@ -130,7 +129,6 @@ class Rig:
     """Axes that a table may carry at their lowest angle."""
     positive_gains: ClassVar = GAINS[:2]
     """Gains that are positive on every rig that is wired as its model says."""
-    units: ClassVar[Mapping[str, str]] = {row.field: row.unit for row in BY_FIELD.values()}
     state: ClassVar = PlantState._fields
     tables: ClassVar = Tables
     filter = staticmethod(run_filter)
@@ -192,11 +190,6 @@ class Rig:
     def linear(self, p: PlantParameters) -> tuple[tuple[float, float], ...]:
         """Return damping [1/s] and stiffness [1/s^2] of each axis, for the gains of its filter."""
         return (p.a_wx, p.a_th), (p.a_wz, p.a_e), (p.a_wy, 0.0)
-
-    def stable(self, p: PlantParameters) -> tuple[bool, ...]:
-        """Whether each axis is stable on its own, so that a free run of the plant has a meaning."""
-        stiffness = (p.a_th, p.a_e, p.cable_stiffness_travel)
-        return tuple(k > 0.0 and a > 0.0 for k, a in zip(stiffness, (p.a_wx, p.a_wz, p.a_wy), strict=True))
 
     def coordinate(self, field: str, start: PlantParameters) -> Coordinate:
         """Prior of a parameter; ``start`` has the signs of the gains."""

@@ -40,8 +40,7 @@ Progress = Callable[[str, float], None]
 """Called with what is being done and the share that is done."""
 
 FAULT_CANDIDATES = tuple(
-    Candidate(f.field, f.name, f.channel, f.unit, f.lower, f.upper, f.family, experiment=f.advice, fault=f)
-    for f in FAULTS
+    Candidate(f.field, f.name, f.channel, f.unit, f.lower, f.upper, f.family, fault=f) for f in FAULTS
 )
 """Faults of the log as the search sees them: they compete with the effects."""
 

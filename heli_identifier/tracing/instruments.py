@@ -11,9 +11,8 @@ air into s, so least squares are biased. References b do not depend on the air:
 L is a Butterworth filter of third order at 20 rad/s: above the rig's motion, below where an encoder's counts rule p^2
 y. The Laguerre outputs remember up to 5 s, as a closed loop does. Everything runs at 25 Hz, and an AR(12) model of the
 residual whitens Y, Phi and Z, four times over. K is fitted on the *other* logs: fitted on the same log it would carry
-the air of that log into Z. A single log is cut into two halves, each with the K of the other less a gap of 2 s, several
-times the air's correlation time. There are as many Z as regressors whatever the number of references: with more
-references than needed this is two-stage least squares, with fewer Z'Phi becomes singular and the intervals say so.
+the air of that log into Z. A single log is cut into two halves with a gap of 2 s. There are as many Z as regressors
+whatever the number of references; with fewer references than needed Z'Phi becomes singular and the intervals say so.
 There a weak prior N(m, P) of the rig's parameters (a damping of elevation is seldom moved from outside) keeps the
 others determined:
 
@@ -21,8 +20,8 @@ others determined:
 
 which is the theta and the V above where P is infinite.
 
-Any plant is judged with the Omega of its residual's scores over B blocks (with the estimate's residual a true plant
-would be rejected in 14 of 100 sets at 5 %, with this one in 5, with less power if blocks are few),
+Any plant is judged with the Omega of its own residual's scores over B blocks (with that of the estimate a true plant
+would be rejected in 14 of 100 sets at 5 %),
 
     g = Z'(Y - L a_plant),  q = g' Omega^-1 g,  (B - k)/k  q/(B - q) ~ F(k, B - k), stated as chi2 of the same p value
 

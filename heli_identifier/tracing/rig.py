@@ -133,16 +133,10 @@ class Candidate:
     """Further parameters of its law that are estimated with the coefficient."""
     starts: tuple[Mapping[str, float], ...] = ({},)
     """Values of the shapes that the search starts from, by field."""
-    experiment: str = ""
-    """What to measure to see it."""
     steps_in_time: str = ""
     """Shape that is the instant of a step; empty if there is none."""
     certain: bool = False
     """Whether every rig has it, as a term of rigid-body mechanics with a coefficient of 1."""
-    drawn_against: str = ""
-    """Variable that its curve is drawn over; empty if it acts through no torque."""
-    shape_names: Mapping[str, str] = dataclasses.field(default_factory=dict)
-    """What the shapes are called in results, by field."""
     fault: Fault | None = None
     """Of a fault of the log, which competes with the effects and is no part of the fitted plant."""
 
