@@ -27,7 +27,7 @@ from heli_identifier.records import (
 )
 from heli_identifier.results.checking import errors_ahead
 from heli_identifier.results.curves import draw_curves
-from heli_identifier.results.determination import estimates, parameter_reports, sign_notes
+from heli_identifier.results.determination import MATTERS, estimates, parameter_reports, sign_notes
 from heli_identifier.results.diagnosis import DataEntry, Diagnosis, ErrorFigure, RigVerdict
 from heli_identifier.results.findings import catalogue_verdicts, log_faults, outlying_log_notes, state_effects
 from heli_identifier.results.held_out import compare
@@ -38,7 +38,7 @@ from heli_identifier.tracing.helicopter import LAG_FIELD
 from heli_identifier.tracing.identification import IdentifiedPlant, Progress, identify_plant
 from heli_identifier.tracing.instruments import InstrumentEstimates
 from heli_identifier.tracing.rig import Array, Parameters, Record
-from heli_identifier.tracing.settings import ESTABLISHED, MATTERS, OUTLIER, REFITTED, SETTLING
+from heli_identifier.tracing.settings import ESTABLISHED, OUTLIER, REFITTED, SETTLING
 
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits

@@ -45,6 +45,7 @@ from heli_identifier.tracing.likelihood import Likelihood, undo_in_record
 from heli_identifier.tracing.noise import filters, recolour
 from heli_identifier.tracing.rig import Array, Parameters, Record, records_of
 from heli_identifier.tracing.settings import OUTLIER
+from heli_plant.state import PlantState
 
 WHITE_TIME = 1.0
 """Longest lag [s] of the test for whiteness. What the plant lacks at longer times, the filter takes for air."""
@@ -142,7 +143,7 @@ def compare(
     series = tuple(
         HeldOutSeries(
             log, {name: of_model[i] for name, of_model in free_runs.items()},
-            dict(zip(rig.state, map(float, starts[i]), strict=True)),
+            dict(zip(PlantState._fields, map(float, starts[i]), strict=True)),
             {name: of_model[i] for name, of_model in residuals.items()}, records[i].step,
             {name: _join_stretches(records[i], *of_model[i]) for name, of_model in stretches.items() if i in of_model},
         )

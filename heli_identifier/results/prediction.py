@@ -25,7 +25,7 @@ from heli_identifier.tracing.fit import Fit, fit
 from heli_identifier.tracing.helicopter import Rig
 from heli_identifier.tracing.noise import SHAPES, AxisFilter, filter_gains, filters
 from heli_identifier.tracing.rig import Array, Parameters, Record
-from heli_identifier.tracing.settings import BLOCK, PER_LOG, SETTLING
+from heli_identifier.tracing.settings import BLOCK, COLOURED, PER_LOG, SETTLING
 
 SPACING = 0.25
 """Time [s] from one prediction's start to the next; errors of predictions that overlap are correlated."""
@@ -99,7 +99,7 @@ class Model:
             poles = [1.0, -np.trace(F), np.linalg.det(F)]
             d = lfilter([1.0, -F[1, 1]], poles, w[:, 0]) + lfilter([0.0, F[0, 1]], poles, w[:, 1])
             columns.append(level * d)
-        errors = np.column_stack([axis.encoder_error(record.samples, random) for axis in axes])
+        errors = np.column_stack([encoder_error(axis, record.samples, random) for axis in axes])
         return np.column_stack(columns), self.encoder_noise * errors
 
     def run(
@@ -113,6 +113,13 @@ class Model:
         state = None if carry is None else carry.copy()
         after = self.rig.filter(record, self.parameters, K, torque, _NO_SINES, first, last, state, e, _NO_MOTION)
         return after, e
+
+
+def encoder_error(axis: AxisFilter, count: int, random: np.random.Generator) -> Array:
+    """Draw the encoder's error over r, shape (count,), stationary from its first sample."""
+    decay, w = axis.A[4, 4], random.standard_normal((count, 2)) * np.sqrt((COLOURED, 1.0 - COLOURED))
+    w[1:, 0] *= np.sqrt(1.0 - decay * decay)
+    return np.asarray(lfilter([1.0], [1.0, -decay], w[:, 0]) + w[:, 1])
 
 
 def clear_passages(record: Record) -> list[tuple[int, int]]:

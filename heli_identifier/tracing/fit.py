@@ -155,10 +155,9 @@ def fit(
 ) -> Fit:  # fmt: skip
     """Fit a plant to the records of a rig.
 
-    The parameters and faults ``fields`` are estimated. Other parameters keep the values of ``start``, or those that are
-    given of the rig; other faults of the likelihood stay undone as they are. The fit begins at ``start`` with the
-    values ``shapes`` of some parameters, or at the ``other`` point where F is lower. With ``value_only`` the caller
-    wants F alone: the fit stops early and does not scan the air.
+    The parameters and faults ``fields`` are estimated; others keep the values of ``start``, or those that are given of
+    the rig. The fit begins at ``start`` with the values ``shapes`` of some parameters, or at the ``other`` point where
+    F is lower. With ``value_only`` the caller wants F alone: the fit stops early and does not scan the air.
     """
     rig, new = likelihood.rig, start is None or not set(fields) <= set(start.names)
     if start is None:

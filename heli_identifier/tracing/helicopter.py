@@ -19,7 +19,6 @@ from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, Effect
 from heli_plant.laws import motor_input, thrust_voltage
 from heli_plant.parameters import BY_FIELD, PlantParameters
 from heli_plant.simulation import ALONE, run_accelerations, run_filter, simulate
-from heli_plant.state import PlantState
 from heli_plant.tabulated_torque import KNOTS, VARIABLES
 
 from .instruments import Regression
@@ -129,7 +128,6 @@ class Rig:
     """Axes that a table may carry at their lowest angle."""
     positive_gains: ClassVar = GAINS[:2]
     """Gains that are positive on every rig that is wired as its model says."""
-    state: ClassVar = PlantState._fields
     tables: ClassVar = Tables
     filter = staticmethod(run_filter)
     still: ClassVar = ALONE

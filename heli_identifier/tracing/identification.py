@@ -149,12 +149,9 @@ def identify_plant(
 
 
 def _fit_null(likelihood: Likelihood, voltage_limit: float) -> Fit:
-    """Fit the simplified model, and refuse logs that it shows to be read wrongly.
-
-    Air under a controller may turn a sign: of a negative gain both signs are tried.
-    """
+    """Fit the simplified model, and refuse logs that it shows to be read wrongly."""
     null = fit(likelihood, likelihood.rig.base)
-    for name in likelihood.rig.positive_gains:
+    for name in likelihood.rig.positive_gains:  # air under a controller may turn a sign
         value = likelihood.rig.read(null.parameters, name)
         if name in null.fields and value < 0.0:
             null = min(null, fit(likelihood, null.fields, null, {name: -value}), key=lambda fitted: fitted.value)
@@ -177,10 +174,7 @@ def _search(
 
 
 def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:
-    """Estimate the parameters by instruments, with the voltages as logged; None where nothing came from outside.
-
-    They find the motors' lag as well, by its slope, so they are repeated at that lag until it does not change.
-    """
+    """Estimate the parameters by instruments, with the voltages as logged; None where nothing came from outside."""
     if not references.names:
         return None
     given, faults = plant.likelihood.rig, plant.likelihood.faults
@@ -191,7 +185,7 @@ def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -
     keep = [(r.weights > 0.0) | (r.time <= SETTLING)[:, None] for r in records]
     rates = [1.0 / r.step for r in records]
     lag = given.parameters.T_m
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS):  # they find the motors' lag by its slope
         rig = replace(given, parameters=given.parameters._replace(T_m=lag))
         found = instruments(*rig.regressions(records, plant.parameters), averaged, rates, keep)
         used, lag = lag, _lag_by_references(given, found, lag)
@@ -201,27 +195,20 @@ def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -
 
 
 def _imitated_by_answers(selection: Selection, logs: Sequence[Log], references: References) -> list[str]:
-    """Delays of the rotors and bendings of the arm in a selection that may be a controller's answers to its encoders.
-
-    Each needs :data:`.settings.UNKNOWN` nats, and references have to time the rotors. The weakest goes first, because
-    two of them may hide each other.
-    """
+    """Delays of the rotors and bendings of the arm that may be the answers of a controller to its encoders."""
     timed = [f for f in selection.findings if (f.effect.family,) in (ARM_BENDING, ROTOR_TIMING)]
     if not timed or not references.closed_loop:
         return []
     shown = _axes_timed(selection.fit, logs, references)
     if hidden := [f.effect.field for f in timed if f.effect.axis not in shown]:
         return hidden
-    weakest = min(timed, key=lambda f: f.stated_score)
+    weakest = min(timed, key=lambda f: f.stated_score)  # two of them may hide each other
     return [weakest.effect.field] if weakest.stated_score < UNKNOWN else []
 
 
 def _axes_timed(plant: Fit, logs: Sequence[Log], references: References) -> set[str]:
-    """Return the axes on which references time the rotors, and the rotors if pitch or elevation is among them.
-
-    There are none if a delay takes the place of the motors' whole lag.
-    """
-    given = plant.likelihood.rig
+    """Return the axes on which references time the rotors, and the rotors if pitch or elevation is among them."""
+    given = plant.likelihood.rig  # below: nor may a delay take the place of the motors' whole lag
     if plant.at_bound[plant.names.index(LAG_FIELD)] or not (outside := _estimate_outside(plant, logs, references)):
         return set()
     lags = zip(given.axes, given.gains, _lags_by_references(given, outside), strict=True)

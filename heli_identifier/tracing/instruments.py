@@ -235,10 +235,7 @@ def differentiate(signal: Array, order: int) -> Array:
 
 @cache
 def _differentiator(order: int) -> tuple[Array, Array]:
-    """L p^order by the bilinear transform at 200 Hz.
-
-    At 25 Hz itself the transform's p^2 would be 12 % too large at the corner, and so would every gain.
-    """
+    """L p^order by the bilinear transform at 200 Hz: at 25 Hz its p^2 is 12 % too large at the corner."""
     numerator, denominator = butter(3, 20.0, analog=True)
     return bilinear(np.r_[numerator, np.zeros(order)], denominator, 8 * SLOW_RATE)
 
@@ -310,8 +307,7 @@ def whitened_rows(white: Array, blocks: Rows, *signals: Rows) -> tuple[list[Arra
 def whitening_filter(residuals: Rows, blocks: Rows) -> Array:
     """1 - a_1/z - ... of an AR(12) model by least squares over all logs, from samples whose past was kept.
 
-    White noise 20 dB below the residual is added to it: for a log without encoder noise, whitening would amplify the
-    errors of K at high frequencies, and a damping's interval would cover .6; with the added noise it covers .9.
+    White noise 20 dB below the residual is added: in a log without encoder noise the errors of K would be amplified.
     """
     products = np.zeros((AR_ORDER + 1, AR_ORDER + 1))
     for e, number in zip(residuals, blocks, strict=True):

@@ -107,11 +107,8 @@ def _is_needless(form: Scores, finding: Finding) -> bool:
 
 
 def _fit_entered(form: Scores, chosen: Sequence[str]) -> Fit:
-    """Fit a set with new effects, from their best shapes.
-
-    If a fault of the log has the highest score it enters alone, otherwise the effects enter without faults; the rest is
-    scored again beside the fit. An effect that is missing looks like faults of the log, and the other way round.
-    """
+    """Fit a set with new effects, from their best shapes; or with a fault of the log alone, if it scores highest."""
+    # an effect that is missing looks like faults of the log, and the other way round
     new = [name for name in chosen if name not in form.selected]
     faults = [name for name in new if form.effects[name].fault is not None]
     new = faults[:1] if new and new[0] in faults else [name for name in new if name not in faults]
@@ -182,11 +179,7 @@ def _add_mechanics(fitted: Fit, kept: Sequence[str]) -> Fit:
 
 
 def _weigh_effects(form: Scores, null: Fit) -> Iterator[Finding]:
-    """Weigh the effects of the set, weakest first, by refits without each family.
-
-    With the effect and without it, the plant has rigid-body mechanics if it is likelier with them: as long as the
-    gravity of a heavy arm is left out, another law that bends the elevation takes its place.
-    """
+    """Weigh the effects of the set, weakest first, by refits without each family."""
     selected, fitted, rig = tuple(form.selected), form.fitted, null.likelihood.rig
     effects, values = list(form.effects.values()), {name: null.estimate(name) for name in null.fields}
     bare = replace(null.point, parameters=rig.assign(fitted.parameters, values), harmonics=fitted.point.harmonics)
@@ -195,7 +188,7 @@ def _weigh_effects(form: Scores, null: Fit) -> Iterator[Finding]:
     def plain(kept: tuple[str, ...]) -> Fit:
         return fitted if kept == selected else refit(fitted, effects, kept, value_only=True, other=bare)
 
-    @cache
+    @cache  # where the gravity of a heavy arm is left out, another law that bends the elevation takes its place
     def least(kept: tuple[str, ...], mechanics: bool) -> float:
         if not mechanics or _lack_mechanics(form, kept):
             return plain(kept).value

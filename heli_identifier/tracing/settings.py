@@ -38,13 +38,11 @@ belt: 1.5 to 6 % on measured rigs); the zero of its encoders [rad], as a rig tha
 within half a degree."""
 
 FORCE = 10.0 * PER_LOG[0]
-"""Standard deviation [rad/s^2], before any log is seen, of a torque from outside the rig: of a hand, or a periodic
-one."""
+"""The same [rad/s^2] of a torque from outside the rig: of a hand, or a periodic one."""
 
 PER_LOG_PRIOR = (2.0, 0.007, 0.007, 0.002)
 """Prior of the spread from log to log: degrees of freedom, and sizes for torques [rad/s^2], gains and zeros [rad]. A
-good supply repeats itself to half of the least spread on measured rigs, an encoder that stays switched on to a
-count."""
+good supply repeats itself to half of the least spread on measured rigs, an encoder left switched on to a count."""
 
 RECORD_STEP = 0.01
 """Time [s] over which faster logs are averaged: a tenth of the motors' lag, so that nothing of the plant is lost, and
@@ -52,8 +50,7 @@ as long as encoders of benches need for a count."""
 
 OUTLIER = 3.0
 """Standard deviations beyond which a value is not where it is expected: one in four hundred is by chance. The loss of
-an innovation is linear beyond, so that one touch of a hand does not decide; .3 % of a Gaussian sample's information is
-lost."""
+an innovation is linear beyond, so that one touch of a hand does not decide; it costs .3 % of a sample's information."""
 
 # --- sensitivities (sensitivity.py) ---
 
@@ -146,17 +143,3 @@ frequencies. Chance reaches it on one of 100 000 rigs, and less is a ripple. Wha
 a log that is read otherwise, as a mirror image or in another unit; a torque that steps at one instant, which drifting
 air imitates with up to 15; under a controller a delay of the rotors or a bending arm, which its answers to an encoder
 that does not shake imitate with up to 20."""
-
-# --- what a parameter rests on (findings.py) ---
-
-DETERMINED = 0.35
-"""Half-width of a 95 % interval over the gain above which a gain is not determined: a controller's margin of 3 dB. Of
-another parameter, over half of its plausible interval."""
-
-CONFIRMED = 0.05
-"""Outside share of a gain's regressor below which its interval rests on the air alone: without this rule 11 of 70 gains
-that rest on the noise model are wrong in quiet flights in air that swirls, 2 of 70 in an Ornstein-Uhlenbeck torque."""
-
-MATTERS = 0.1
-"""Relative difference of two gains up to which instruments contradict nothing: in air that swirls, their gain of the
-travel comes out 6 % low, and .8 dB matters to no controller."""

@@ -188,8 +188,8 @@ def search_unknown(selection: Selection, candidates: Sequence[Candidate]) -> tup
 def _helps_others(after: Selection, u: Unknown) -> bool:
     """Whether logs that are left out get likelier with a curve, and all logs but any one show it.
 
-    A hand that turns the rig in one log bends a curve where that log alone has been, and frees the other parameters, so
-    that all other logs get likelier. A periodic torque, or a single log, is not judged.
+    A hand in one log bends a curve where that log alone has been, and frees the other parameters, so all others get
+    likelier.
     """
     likelihood, form, count = after.fit.likelihood, after.form, len(after.fit.likelihood.records)
     if u.variable == TIME or count == 1:
