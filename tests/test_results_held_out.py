@@ -16,7 +16,7 @@ from heli_identifier.records import Event, Log
 from heli_identifier.results import Determination, ParameterReport, Use, diagnose, errors_ahead, rms_figures
 from heli_identifier.results.determination import _judge_parameter
 from heli_identifier.results.findings import lag_effect, lag_score
-from heli_identifier.results.held_out import _thin_errors, compare, judge_use, likelihood_of, undo_in_log
+from heli_identifier.results.held_out import _thin_errors, compare, judge_use, likelihood_of, stable_axes, undo_in_log
 from heli_identifier.results.prediction import HORIZONS, Model, Run, answer_deviation, simulate_record
 from heli_identifier.tracing import coordinates_of, fit, helicopter, select
 from heli_identifier.tracing.fit import covariance
@@ -199,8 +199,8 @@ def test_an_unstable_plant_in_closed_loop_has_a_floor_and_no_free_run():
     unstable = TABLE_2._replace(a_th=-0.4, theta0=0.1)  # the body's mass lies above the pitch axis
     run = Run.along(model(unstable), record_of(flown(7), RIG), np.zeros(3))
     assert np.isfinite(simulate_record(run).errors()["ahead_200ms"]).all()
-    assert RIG.stable(unstable) == (False, True, False)
-    assert RIG.stable(TABLE_2._replace(cable_stiffness_travel=0.01)) == (True, True, True)
+    assert stable_axes(unstable) == (False, True, False)
+    assert stable_axes(TABLE_2._replace(cable_stiffness_travel=0.01)) == (True, True, True)
 
 
 def test_the_air_that_is_drawn_has_its_level_and_rate_and_the_interval_of_a_figure_covers():

@@ -60,7 +60,7 @@ def test_sensitivities_agree_with_runs_of_the_filter(clean):
     quadratic = fitted.quadratic
     record = likelihood.records[0]
     for i, coordinate in enumerate(fitted.coordinates):
-        p, step, *_ = likelihood.move(point, coordinate, fitted.x[i])
+        _, step, p, _ = likelihood.move(point, coordinate, fitted.x[i])
         exact = 0.0
         for n, own in enumerate(likelihood.records):
             e, _ = likelihood.run(n, replace(point, parameters=p))

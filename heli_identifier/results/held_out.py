@@ -161,7 +161,7 @@ def _records(before: Fit, after: Fit, logs: Sequence[Log]) -> tuple[Record, ...]
     return tuple(undo_in_record(likelihood.faults, record) for record in records)
 
 
-def _stable_axes(p: Parameters) -> tuple[bool, ...]:
+def stable_axes(p: Parameters) -> tuple[bool, ...]:
     """Return whether each axis is stable on its own, so that a free run of the plant has a meaning."""
     stiffness = (p.a_th, p.a_e, p.cable_stiffness_travel)
     return tuple(k > 0.0 and a > 0.0 for k, a in zip(stiffness, (p.a_wx, p.a_wz, p.a_wy), strict=True))
@@ -171,7 +171,7 @@ def _figures(
     model: Model, errors: Mapping[str, Sequence[Array]], free: Sequence[Array], steps: Sequence[float]
 ) -> list[AxisError]:
     """Return figures by axis of errors ahead, and of the errors of free runs: None where the axis is not stable."""
-    stable = _stable_axes(model.parameters)
+    stable = stable_axes(model.parameters)
     figures: dict[str, Sequence[ErrorFigure | None]] = {}
     for name, of_logs in errors.items():
         known = any(map(len, of_logs))
