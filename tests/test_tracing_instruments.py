@@ -19,7 +19,8 @@ from heli_identifier.results.determination import parameter_reports
 from heli_identifier.results.findings import state_effects
 from heli_identifier.tracing.fit import fit
 from heli_identifier.tracing.identification import _axes_timed, _estimate_outside, identify_plant
-from heli_identifier.tracing.instruments import Regression, Term, filter_terms, instruments, reduce_rate
+from heli_identifier.tracing.instrument_signals import reduce_rate
+from heli_identifier.tracing.instruments import Regression, Term, filter_terms, instruments
 from tests.blind.coefficients import Coefficients
 from tests.blind.generator import make_rig
 from tests.blind.plant import Control, fly, room_torque

@@ -26,10 +26,9 @@ def leave_logs_out(selection: Selection, plant: Fit) -> Array:
     more than all others. Sources: Efron and Stein, Annals of Statistics 9 (1981) 586; MacKinnon, Nielsen and Webb, J.
     Applied Econometrics 38 (2023) 671 (CV3).
     """
-    form, P = selection.form, len(plant.fields)
-    count = len(form.quadratic.H)
+    form, count = selection.form, len(selection.form.quadratic.H)
     if count == 1:
-        return np.zeros((1, P))
+        return np.zeros((1, len(plant.fields)))
     rest = [form.all_but(log) for log in range(count)]
     x = np.array([part.minimum(stepwise(part, []))[0] for part in rest])
     moves, names = np.sqrt((count - 1.0) / count) * (x - x.mean(0)), form.fitted.names
@@ -49,8 +48,7 @@ def left_out_gain(form: Scores, selected: Sequence[str], name: str = "", table: 
     The model has the ``selected`` effects beside it. A log counts only if the others alone would let the effect enter:
     a log that brought it in cannot judge it.
     """
-    H, g = form.quadratic.H, form.quadratic.g
-    gain = 0.0
+    H, g, gain = form.quadratic.H, form.quadratic.g, 0.0
     for log in range(len(H)):
         rest = form.all_but(log)
         if name and rest.scores(selected, among=[name])[name].score < KEPT:
