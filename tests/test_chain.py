@@ -136,7 +136,8 @@ def test_an_encoder_is_seen_where_no_value_comes_twice_and_not_behind_a_filter(c
 def test_a_slip_of_an_encoder_is_found_and_shifted_back():
     """By its size: to a count, since what moves within a sample is seen in counts, and a digit of the log."""
     sound, damaged = logs_of("none"), logs_of("elevation slips by 24 counts")
-    events = find_slips(damaged)
+    events, gaps = find_slips(damaged)
+    assert not gaps
     for event, log in zip(events, damaged, strict=True):
         assert (event.log, event.axis, event.kind) == (log.name, "elevation", "slip")
         assert event.start == pytest.approx(0.4 * log.duration, abs=2.0 * H)
@@ -152,7 +153,7 @@ def test_a_stop_that_turns_a_rate_round_is_no_slip():
     logs = logs_of("none", 3)
     angles = logs[1].angles.copy()
     angles[:, 2] = np.abs(angles[:, 2] - angles[4321, 2])  # the travel is thrown back there
-    assert find_slips((logs[0], replace(logs[1], angles=angles), logs[2])) == ()
+    assert find_slips((logs[0], replace(logs[1], angles=angles), logs[2])) == ((), ())
 
 
 def test_an_angle_that_is_twice_too_large_is_refused_and_a_coarse_encoder_is_not():

@@ -63,8 +63,8 @@ def _with_late_angles(finding: Finding, identified: IdentifiedPlant) -> Finding:
 
 def lag_score(fitted: Fit, C: Array) -> Score:
     """Score the motors' lag: the loss of the likelihood with the lag that was given, without the prior."""
-    j, (H, _) = fitted.fields.index(LAG_FIELD), fitted.quadratic.total
-    information = 1.0 / np.linalg.inv(H)[j, j] - 1.0
+    j = fitted.fields.index(LAG_FIELD)
+    information = 1.0 / C[j, j] - 1.0
     lag = estimates(fitted, C, [LAG_FIELD])[LAG_FIELD]
     nats = float(0.5 * fitted.x[j] ** 2 * max(information, 0.0))
     return Score(LAG_FIELD, nats, lag.value, lag.standard_error or 0.0, 1.0, {}, 0)
@@ -143,7 +143,7 @@ def lag_effect(selection: Selection, fitted: Fit, C: Array) -> FoundEffect | Non
 def catalogue_verdicts(selection: Selection, effects: Sequence[FoundEffect]) -> tuple[CatalogueVerdict, ...]:
     """One verdict for every entry of the catalogue, the stated ``effects`` first."""
     fitted, stated = selection.fit, {(effect.name, effect.axis): effect for effect in effects}
-    scores = {LAG_FIELD: lag_score(fitted, covariance(fitted)), **selection.scores}
+    scores = {LAG_FIELD: lag_score(fitted, covariance(fitted) * selection.form.dispersion), **selection.scores}
     rows = {
         (e.name, e.axis): _verdict(e, scores.get(e.field), stated.get((e.name, e.axis)))
         for e in fitted.likelihood.rig.effects

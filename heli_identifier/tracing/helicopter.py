@@ -88,11 +88,11 @@ _DIFFERENCE: Mapping[str, float] = {"dead_zone": 0.1, "input_delay": 0.01, "moto
 
 
 def _candidate(entry: Effect, lowest: float, settings: DiagnosisSettings) -> Candidate:
-    """Entry of the catalogue as the tracer sees it; the ground lies .02 rad below the ``lowest`` elevation [rad]."""
+    """Entry of the catalogue as the tracer sees it; the ground lies at the ``lowest`` elevation [rad] of the logs."""
     known = settings.horizontal is not None
     estimated = [s for s in entry.shapes if s.estimated or (s.field == HORIZONTAL and not known)]
     grids = {
-        s.field: (lowest - 0.02,) if s.start == "lowest elevation" else s.grid or (s.default,)
+        s.field: (lowest,) if s.start == "lowest elevation" else s.grid or (s.default,)
         for s in entry.shapes if s.start != STEP_TIMES and not (s.field == HORIZONTAL and known)
     }  # fmt: skip
     starts = tuple(dict(zip(grids, values, strict=True)) for values in product(*grids.values()))

@@ -91,7 +91,11 @@ def select(null: Fit, candidates: Sequence[Candidate], start: Fit | None = None)
                 break
             barred.add(finding.effect.field)
             chosen = [name for name in selected if name != finding.effect.field]
-        fitted = _fit_entered(form, chosen)
+        entered = _fit_entered(form, chosen)
+        if np.isfinite(entered.value) or set(chosen) <= set(selected):
+            fitted = entered
+        else:  # the plant diverges
+            barred |= set(chosen)
     findings.sort(key=lambda f: -f.stated_score)
     return Selection(null, form.fitted, tuple(findings), form.scores(form.selected), form)
 

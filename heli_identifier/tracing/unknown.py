@@ -34,8 +34,7 @@ from .sensitivity import linearise
 from .settings import ESTABLISHED, FORCE, PER_LOG, UNKNOWN
 from .stability import left_out_gain
 
-TIME = "time"
-"""The variable of periods."""
+TIME = "time"  # the variable of periods
 
 
 @dataclass(frozen=True, eq=False)
