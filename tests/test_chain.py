@@ -113,6 +113,18 @@ def test_a_defect_that_a_log_shows_of_itself_is_named(damage, defects):
     assert [(d.name, d.channel) for d in inspect_logs(logs_of(damage), COUNTS, 5.0)] == defects
 
 
+def test_angles_that_were_all_filtered_or_rounded_are_named_and_fine_noise_without_steps_is_neither():
+    """A filter of 5 Hz leaves a tenth of an encoder's noise; three decimals are steps of 1 mrad, a count is 1.5."""
+    count = 2.0 * np.pi / np.array(COUNTS)
+    for change, defects in (
+        (lambda y: np.column_stack([low_pass(5.0)(TIME, one) for one in y.T]), [("filtered", "angles")]),
+        (lambda y: y + 0.3 * count * RNG.standard_normal(y.shape), []),
+        (lambda y: y.round(3), [("rounded", "pitch"), ("rounded", "elevation")]),
+    ):
+        logs = [replace(log, angles=change(log.angles[:3000]), voltages=log.voltages[:3000]) for log in logs_of("none")]
+        assert [(d.name, d.channel) for d in inspect_logs(logs, COUNTS, 5.0)] == defects
+
+
 def test_the_steps_of_a_converter_of_eight_bits_are_voltages_and_not_digits_of_a_text():
     logs = [replace(log, voltages=np.round(log.voltages * 25.6) / 25.6) for log in logs_of("none")]
     assert inspect_logs(logs, COUNTS, 5.0) == ()
@@ -147,6 +159,16 @@ def test_a_slip_of_an_encoder_is_found_and_shifted_back():
     assert describe_events(damaged, events) == ()  # nothing but the encoder's coupling acted
     for one, other in zip(sound, found, strict=True):
         np.testing.assert_allclose(other.angles, one.angles, atol=2.0 * np.pi / 4096.0 + 1e-6)
+
+
+def test_rows_that_a_log_lacks_are_no_slips_of_its_encoders():
+    """All axes jump at once, each by its rate; six rows are lost where pitch and travel move fastest."""
+    (log, *_) = logs_of("none", 1)
+    pace = np.abs(np.gradient(log.angles[:, [0, 2]], axis=0)).min(1)
+    first = 1000 + int(pace[1000:-1000].argmax())
+    kept = np.delete(np.arange(log.samples), np.arange(first, first + 6))
+    slips, gaps = find_slips([replace(log, angles=log.angles[kept], voltages=log.voltages[kept])])
+    assert slips == () and len(gaps) == 1 and f"at {log.start + H * first:.2f} s" in gaps[0]
 
 
 def test_a_stop_that_turns_a_rate_round_is_no_slip():

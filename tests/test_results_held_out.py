@@ -292,6 +292,8 @@ def test_motors_without_a_lag_are_no_finding():
     selection = select(fit(likelihood, likelihood.rig.base), [])
     C = covariance(selection.fit)
     assert lag_score(selection.fit, C).score > 100.0 and lag_effect(selection, selection.fit, C) is None
+    # a score is what the interval says: three times as wide, it falls to a ninth, less the prior
+    assert lag_score(selection.fit, 9.0 * C).score < lag_score(selection.fit, C).score / 9.0
 
 
 def test_plant_and_recovered_controller_fly_a_log_again():

@@ -1,5 +1,6 @@
 """Names by the likelihood: true effects and torques of no catalogue are found, clean rigs are accused of nothing."""
 
+import sys
 from dataclasses import replace
 from functools import cache
 
@@ -167,6 +168,15 @@ def test_a_forbidden_sign_scores_nothing_and_the_instant_of_a_step_is_found_by_t
     for e in null.e:
         e[:, 1] += response
     assert abs(step_time(null, 1) - 23.0) < 0.5
+
+
+def test_effects_that_make_the_plant_diverge_do_not_enter_again(monkeypatch):
+    logs, _ = logs_of("dry_friction", 1, count=2)
+    likelihood, room = likelihood_of(logs), sys.modules["heli_identifier.tracing.select"]
+    null, entered = fit(likelihood, likelihood.rig.base), room._fit_entered
+    monkeypatch.setattr(room, "_fit_entered", lambda form, chosen: replace(entered(form, chosen), value=np.inf))
+    selection = select(null, likelihood.rig.candidates)
+    assert selection.findings == () and selection.fit is null
 
 
 def test_a_law_is_drawn_as_smooth_as_its_data():

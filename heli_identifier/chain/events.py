@@ -27,6 +27,9 @@ in the search for slips."""
 RATE = 100.0
 """Rate [Hz] to which faster logs are reduced in the search for slips."""
 
+SURE = 3.0
+"""Evidence [nats] from which rows are lost, odds of 20 to 1; less is a slip where the logs lack no other rows."""
+
 RATE_WINDOW, NOISE_QUANTILE, NOISE_FACTOR = 0.1, 0.995, 3.0
 """Time [s] before and after a sample over which its rate is a median of differences. A slip exceeds the range of its
 neighbours by this factor times this quantile of all such excesses."""
@@ -47,32 +50,32 @@ def find_slips(logs: Sequence[Log]) -> tuple[tuple[Event, ...], tuple[str, ...]]
         if len(angles) > 2 * _window_length(step, MARGIN)
     ]
     largest = np.max(curvatures, axis=0) if curvatures else np.inf
-    slips, notes = list[Event](), list[str]()
+    jumps = list[tuple[Event, float]]()
     for log, (_, step), rate, excess in zip(logs, reduced, rates, excesses, strict=True):
-        allowed, lost = noise + largest * step * RATE_WINDOW, list[float]()
+        allowed = noise + largest * step * RATE_WINDOW
         for column, axis in enumerate(ANGLES):
             for index in np.flatnonzero(abs(excess[:, column]) > allowed[column]):
                 at = (int(index) + 1) * step
                 in_file, size = log.start + at, float(excess[index, column])
-                if _lacks_rows(excess[index], rate[index], noise, column):
-                    lost.append(in_file)
-                else:
-                    slips.append(Event(log.name, axis, at, at, in_file, in_file, "slip", size))
-        if lost:
-            notes.append(
-                f"{log.name}: all axes jump as far as they move in some samples, first at {min(lost):.2f} s: the log "
-                "lacks rows there. Log the time with every row"
-            )
-    return tuple(slips), tuple(notes)
+                slip = Event(log.name, axis, at, at, in_file, in_file, "slip", size)
+                jumps.append((slip, _evidence_of_lost_rows(excess[index], rate[index], noise, column)))
+    certain = any(nats > SURE for _, nats in jumps)  # where some rows are lost, others are
+    slips = tuple(jump for jump, nats in jumps if nats <= (-SURE if certain else SURE))
+    lost = {log.name: [j.start_in_file for j, _ in jumps if j.log == log.name and j not in slips] for log in logs}
+    return slips, tuple(
+        f"{name}: at {min(instants):.2f} s all axes jump as far as they move in some samples, so the log lacks rows "
+        f"there{' and elsewhere' * (len(instants) > 1)}. Log the time with every row"
+        for name, instants in lost.items() if instants
+    )  # fmt: skip
 
 
-def _lacks_rows(excess: Array, rate: Array, noise: Array, column: int) -> bool:
-    """Whether the excess (a,) of a change fits lost rows: the other axes jump by as many samples of their ``rate``."""
+def _evidence_of_lost_rows(excess: Array, rate: Array, noise: Array, column: int) -> float:
+    """Return by how much [nats] lost rows explain the other axes better: they jump by as many samples of their rate."""
     samples = excess[column] / rate[column] if rate[column] else 0.0
-    if samples < 0.5:
-        return False
+    if samples < 0.5:  # against the motion
+        return -np.inf
     nats = (excess**2 - (excess - samples * rate) ** 2) / (2.0 * (noise / (3.0 * NOISE_FACTOR)) ** 2)
-    return float(np.delete(nats, column).sum()) > 0.0
+    return float(np.delete(nats, column).sum())
 
 
 def mark_events(logs: Sequence[Log], events: Sequence[Event]) -> tuple[Log, ...]:

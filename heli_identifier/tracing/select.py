@@ -91,11 +91,9 @@ def select(null: Fit, candidates: Sequence[Candidate], start: Fit | None = None)
                 break
             barred.add(finding.effect.field)
             chosen = [name for name in selected if name != finding.effect.field]
-        entered = _fit_entered(form, chosen)
-        if np.isfinite(entered.value) or set(chosen) <= set(selected):
-            fitted = entered
-        else:  # the plant diverges
-            barred |= set(chosen)
+        fitted = _fit_entered(form, chosen)
+        if not np.isfinite(fitted.value):  # the plant diverges with these
+            fitted, barred = null, {*barred, *chosen}
     findings.sort(key=lambda f: -f.stated_score)
     return Selection(null, form.fitted, tuple(findings), form.scores(form.selected), form)
 
