@@ -31,9 +31,8 @@ from benchmarks.rigs import DETECTABLE, compare, told_scores, windy_logs, windy_
 from heli_identifier.errors import IdentifierError
 from heli_identifier.online import GAINS
 from heli_identifier.records import Log
-from heli_identifier.results import Diagnosis, diagnose
+from heli_identifier.results import Determination, Diagnosis, diagnose
 from heli_identifier.results.held_out import log_likelihood
-from heli_identifier.tracing import Determination
 from heli_identifier.tracing.helicopter import LAG_FIELD, helicopter
 from heli_plant.effects import AXES, effect_of
 from tests.blind.air import COLOURS

@@ -29,6 +29,7 @@ __all__ = [
 
 from .provenance import __version__
 from .records import (
+    DiagnosisSettings,
     Event,
     Log,
     LogFormat,
@@ -55,4 +56,3 @@ from .results import (
 )
 from .tools.identification import Identification, identify
 from .tools.linearisation import linearise
-from .tracing import DiagnosisSettings

@@ -4,14 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from heli_identifier import results, tracing
+from heli_identifier import results
 from heli_identifier.online import Estimate, ModelParameters
 from heli_identifier.online.excitation import Excitation, paper_channels
 from heli_identifier.provenance import provenance
 from heli_identifier.records import Log
-from heli_identifier.results import PLANT, ParameterSet, plant_values
+from heli_identifier.results import PLANT, ParameterSet, Verdict, plant_values, statements
 from heli_identifier.results.running import start_of
-from heli_identifier.tracing import Verdict
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.parameters import BY_FIELD, TABLE_2
 from heli_plant.simulation import simulate
@@ -75,11 +74,11 @@ def parameter_set(error=0.03, names=("a_wx", "a_th", "k_x", "a_wz", "a_e", "a_1"
 
 def determinations(parameters):
     """What the gains rest on: two from outside, one not determined."""
-    sure, rest = (tracing.Determination.OUTSIDE, 0.8), ((0.1, 1.0), "references alone give the same")
+    sure, rest = (statements.Determination.OUTSIDE, 0.8), ((0.1, 1.0), "references alone give the same")
     found = {name: estimate(parameters, name) for name in ("k_x", "k_z", "k_y")}
-    reports = {name: tracing.ParameterReport(value, *sure, value, False, *rest) for name, value in found.items()}
-    reports["k_y"] = tracing.ParameterReport(
-        found["k_y"], tracing.Determination.NOT_DETERMINED, 0.0, None, False, (0.1, 1.0), "its interval is ± .1",
+    reports = {name: statements.ParameterReport(value, *sure, value, False, *rest) for name, value in found.items()}
+    reports["k_y"] = statements.ParameterReport(
+        found["k_y"], statements.Determination.NOT_DETERMINED, 0.0, None, False, (0.1, 1.0), "its interval is ± .1",
         "Lean the pitch by 10 degrees for 5 s either way.",
     )  # fmt: skip
     return reports
@@ -101,21 +100,21 @@ def found_effects():
     curve, band = np.column_stack((TURNS, WAVE)), np.column_stack((TURNS, WAVE - 1e-3, WAVE + 1e-3))
     bending = {"frequency": Estimate(3.1, 0.02, "Hz"), "damping": Estimate(0.05, None, "1")}
     return (
-        tracing.FoundEffect(
-            "dry_friction", "pitch", FRICTION, Verdict.SHOWN, "friction of the pitch", (), tracing.NamedShape(), 41.0
+        statements.FoundEffect(
+            "dry_friction", "pitch", FRICTION, Verdict.SHOWN, "friction of the pitch", (), statements.NamedShape(), 41.0
         ),
-        tracing.FoundEffect(
+        statements.FoundEffect(
             "arm_bending", "elevation", Estimate(2e-3, 1e-4, "rad/V"), Verdict.AMBIGUOUS,
-            "arm bending of the elevation", (("ground_effect", "elevation"),), tracing.NamedShape(bending), 20.0,
+            "arm bending of the elevation", (("ground_effect", "elevation"),), statements.NamedShape(bending), 20.0,
             "Excite the voltage sum with a chirp from 1 to 6 Hz.",
         ),
-        tracing.FoundEffect(
+        statements.FoundEffect(
             "unknown", "elevation", None, Verdict.UNKNOWN, "unknown torque of the elevation", (),
-            tracing.PeriodicShape(0.7, 0.02, 1e-3, "a line at 0.7 Hz"), 9.0, in_plant=False,
+            statements.PeriodicShape(0.7, 0.02, 1e-3, "a line at 0.7 Hz"), 9.0, in_plant=False,
         ),
-        tracing.FoundEffect(
+        statements.FoundEffect(
             "unknown", "travel", None, Verdict.UNKNOWN, "unknown torque of the travel", (),
-            tracing.CurveShape("travel", "rad", "periodic in the travel", curve, band), 8.0,
+            statements.CurveShape("travel", "rad", "periodic in the travel", curve, band), 8.0,
         ),
     )  # fmt: skip
 
@@ -124,11 +123,11 @@ def curves():
     x = np.linspace(-0.3, 0.3, 32)
     law = -FRICTION.value * np.sign(x)
     return (
-        tracing.EffectCurve(
+        statements.EffectCurve(
             "dry_friction", "pitch", "pitch rate", "rad/s", np.column_stack((x, law + 1e-3 * np.cos(40.0 * x))),
             np.column_stack((x, law, law - 1e-3, law + 1e-3)),
         ),
-        tracing.EffectCurve(
+        statements.EffectCurve(
             "unknown", "travel", "travel", "rad", np.empty((0, 2)),
             np.column_stack((TURNS, WAVE, WAVE - 1e-3, WAVE + 1e-3)),
         ),
@@ -139,7 +138,7 @@ def catalogue():
     """Every entry: the shown one, two that are not testable, the others not shown."""
     verdicts = []
     for number, entry in enumerate(CATALOGUE):
-        row = tracing.CatalogueVerdict(
+        row = statements.CatalogueVerdict(
             entry.name, entry.axis, Verdict.NOT_SHOWN, Estimate(1e-3, 1e-3, entry.unit), 1.0, 0.02 * (number + 1), 3e-3,
             "score 1.0 nats, 8 needed", "",
         )  # fmt: skip
@@ -162,9 +161,9 @@ def example_diagnosis(logs=None):
     return results.Diagnosis(
         verdict=results.RigVerdict.EFFECTS_SHOWN, effects=found_effects(),
         possible=(
-            tracing.FoundEffect(
+            statements.FoundEffect(
                 "motor_lag", "rotors", Estimate(0.03, 2e-3, "s"), Verdict.POSSIBLE, "lag or delay of the rotors",
-                (("input_delay", "rotors"),), tracing.NamedShape(), 5.0, "Step both voltages.", True, 2.5,
+                (("input_delay", "rotors"),), statements.NamedShape(), 5.0, "Step both voltages.", True, 2.5,
                 "lag and delay of the rotors together: 110 ms",
             ),
         ),
@@ -172,7 +171,7 @@ def example_diagnosis(logs=None):
         effects_after={"dry_friction_pitch": FRICTION}, parameters=determinations(AFTER), covariance=np.diag([1e-4]),
         covariance_fields=("k_x",), plant_before=BEFORE, plant_after=AFTER, axes=axis_reports(series),
         held_out=results.HeldOutLikelihood(20.0, 1800.0, 1803.5, gain), closed_loop=False,
-        references="voltages", agreement=tracing.Agreement(0.8, 0.9, 3), series=series, curves=curves(),
+        references="voltages", agreement=statements.Agreement(0.8, 0.9, 3), series=series, curves=curves(),
         data=(
             results.DataEntry("train <1>.csv", "ab" * 32, 9000, 100.0, "training", ("pitch in degrees",)),
             results.DataEntry("held.csv", "cd" * 32, 2000, 100.0, "held out"),

@@ -20,6 +20,7 @@ from heli_identifier.chain.inspection import estimate_jitter, inspect_logs
 from heli_identifier.errors import LogError
 from heli_identifier.records import Event, Log, quantisation_step
 from heli_identifier.results import diagnose
+from heli_identifier.results.determination import parameter_reports
 from heli_identifier.tracing import identify_plant
 from heli_identifier.tracing.settings import SETTLING
 from heli_plant.effects import AXES
@@ -112,6 +113,18 @@ def test_a_defect_that_a_log_shows_of_itself_is_named(damage, defects):
     assert [(d.name, d.channel) for d in inspect_logs(logs_of(damage), COUNTS, 5.0)] == defects
 
 
+def test_angles_that_were_all_filtered_or_rounded_are_named_and_fine_noise_without_steps_is_neither():
+    """A filter of 5 Hz leaves a tenth of an encoder's noise; three decimals are steps of 1 mrad, a count is 1.5."""
+    count = 2.0 * np.pi / np.array(COUNTS)
+    for change, defects in (
+        (lambda y: np.column_stack([low_pass(5.0)(TIME, one) for one in y.T]), [("filtered", "angles")]),
+        (lambda y: y + 0.3 * count * RNG.standard_normal(y.shape), []),
+        (lambda y: y.round(3), [("rounded", "pitch"), ("rounded", "elevation")]),
+    ):
+        logs = [replace(log, angles=change(log.angles[:3000]), voltages=log.voltages[:3000]) for log in logs_of("none")]
+        assert [(d.name, d.channel) for d in inspect_logs(logs, COUNTS, 5.0)] == defects
+
+
 def test_the_steps_of_a_converter_of_eight_bits_are_voltages_and_not_digits_of_a_text():
     logs = [replace(log, voltages=np.round(log.voltages * 25.6) / 25.6) for log in logs_of("none")]
     assert inspect_logs(logs, COUNTS, 5.0) == ()
@@ -135,7 +148,8 @@ def test_an_encoder_is_seen_where_no_value_comes_twice_and_not_behind_a_filter(c
 def test_a_slip_of_an_encoder_is_found_and_shifted_back():
     """By its size: to a count, since what moves within a sample is seen in counts, and a digit of the log."""
     sound, damaged = logs_of("none"), logs_of("elevation slips by 24 counts")
-    events = find_slips(damaged)
+    events, gaps = find_slips(damaged)
+    assert not gaps
     for event, log in zip(events, damaged, strict=True):
         assert (event.log, event.axis, event.kind) == (log.name, "elevation", "slip")
         assert event.start == pytest.approx(0.4 * log.duration, abs=2.0 * H)
@@ -147,11 +161,21 @@ def test_a_slip_of_an_encoder_is_found_and_shifted_back():
         np.testing.assert_allclose(other.angles, one.angles, atol=2.0 * np.pi / 4096.0 + 1e-6)
 
 
+def test_rows_that_a_log_lacks_are_no_slips_of_its_encoders():
+    """All axes jump at once, each by its rate; six rows are lost where pitch and travel move fastest."""
+    (log, *_) = logs_of("none", 1)
+    pace = np.abs(np.gradient(log.angles[:, [0, 2]], axis=0)).min(1)
+    first = 1000 + int(pace[1000:-1000].argmax())
+    kept = np.delete(np.arange(log.samples), np.arange(first, first + 6))
+    slips, gaps = find_slips([replace(log, angles=log.angles[kept], voltages=log.voltages[kept])])
+    assert slips == () and len(gaps) == 1 and f"at {log.start + H * first:.2f} s" in gaps[0]
+
+
 def test_a_stop_that_turns_a_rate_round_is_no_slip():
     logs = logs_of("none", 3)
     angles = logs[1].angles.copy()
     angles[:, 2] = np.abs(angles[:, 2] - angles[4321, 2])  # the travel is thrown back there
-    assert find_slips((logs[0], replace(logs[1], angles=angles), logs[2])) == ()
+    assert find_slips((logs[0], replace(logs[1], angles=angles), logs[2])) == ((), ())
 
 
 def test_an_angle_that_is_twice_too_large_is_refused_and_a_coarse_encoder_is_not():
@@ -171,7 +195,7 @@ def test_commands_ahead_of_the_amplifiers_limit_are_refused_and_a_rig_with_a_hig
     )
     with pytest.raises(LogError, match="they are commands ahead of that limit"):
         identify_plant(limited)
-    assert identify_plant(free).parameters["k_x"].estimate.value == pytest.approx(TABLE_2.k_x, rel=0.01)
+    assert identify_plant(free).plant.estimate("k_x") == pytest.approx(TABLE_2.k_x, rel=0.01)
 
 
 @pytest.mark.parametrize("axis", ["pitch", "elevation"])
@@ -213,7 +237,7 @@ def test_voltages_that_are_late_are_named_and_no_effect_is():
     assert size == pytest.approx(0.01, abs=0.002)  # a fifth of a sample, what lag and delay trade against each other
     assert [f for f in found.selection.findings if f.effect.fault is None and f.established] == []
     for name in ("k_x", "k_z", "k_y"):  # within the interval of the sound logs
-        one, other = sound.parameters[name].estimate, found.parameters[name].estimate
+        one, other = (parameter_reports(one)[name].estimate for one in (sound, found))
         assert abs(one.value - other.value) < 1.96 * (one.standard_error or 0.0)
 
 

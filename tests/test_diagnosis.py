@@ -9,8 +9,7 @@ import pytest
 from heli_identifier.errors import LogError
 from heli_identifier.online import ModelParameters
 from heli_identifier.records import demo_files, demo_logs
-from heli_identifier.results import RigVerdict, Use, diagnose
-from heli_identifier.tracing import Determination, Verdict
+from heli_identifier.results import Determination, RigVerdict, Use, Verdict, diagnose
 from heli_plant.parameters import TABLE_2
 from tests.commands import HELI, run_python
 from tests.faults.case import ROOT

@@ -11,11 +11,13 @@ from benchmarks.rigs import likelihood_of
 from heli_identifier.cli.terminal import print_diagnosis
 from heli_identifier.errors import ConfigurationError
 from heli_identifier.online import Estimate
-from heli_identifier.records import RigConfiguration, demo_files, read_log
-from heli_identifier.results import diagnose
+from heli_identifier.records import DiagnosisSettings, RigConfiguration, demo_files, read_log
+from heli_identifier.results import Determination, diagnose, sign_notes
+from heli_identifier.results.determination import parameter_reports
 from heli_identifier.results.diagnose import base_estimates
+from heli_identifier.results.findings import state_effects
 from heli_identifier.tools import RigLogs, diagnose_source
-from heli_identifier.tracing import Determination, DiagnosisSettings, identify_plant, sign_notes
+from heli_identifier.tracing import identify_plant
 from heli_identifier.tracing.fit import covariance, fit
 from heli_plant.parameters import TABLE_2
 from tests.commands import heli
@@ -60,9 +62,10 @@ def test_references_do_not_contradict_a_plant_for_an_effect_that_is_given_or_a_l
     """Instruments that do not know of a dead zone of .8 V find gains too small, and so they do at a lag of .2 s."""
     logs = [noisy_log(TABLE_2._replace(**effects), drive(40.0, s), s, name=f"log{s}") for s in (1, 2)]
     looked = identify_plant(logs, DiagnosisSettings(**given))
-    assert {looked.parameters[gain].determination for gain in ("k_x", "k_z", "k_y")} == {Determination.OUTSIDE}
+    reports = parameter_reports(looked)
+    assert {reports[gain].determination for gain in ("k_x", "k_z", "k_y")} == {Determination.OUTSIDE}
     if "motor_time_constant" in given:  # what is found comes, with what was given, to T_m of Table 2
-        assert looked.effects[0][0].together == "lag and delay of the rotors together: 80 ms"
+        assert state_effects(looked)[0][0].together == "lag and delay of the rotors together: 80 ms"
 
 
 def test_settings_that_cannot_be_are_refused_at_once():

@@ -190,7 +190,7 @@ SCRIPT = """
     from pathlib import Path
 
     from heli_identifier.results import diagnose
-    from heli_identifier.tracing import DiagnosisSettings
+    from heli_identifier.records import DiagnosisSettings
     from heli_identifier.results.report import report_page
     from heli_plant.compiled import compile_function, parameter_record
     from heli_plant.laws import added_travel

@@ -11,10 +11,10 @@ from statsmodels.stats.meta_analysis import combine_effects
 
 from heli_identifier.online import Estimate
 from heli_identifier.records import demo_files
+from heli_identifier.results import Verdict
 from heli_identifier.tools import FleetVerdict, combine_rigs, fleet_html, fleet_sentence, rig_folders
 from heli_identifier.tools.fleet_page import effect_table
 from heli_identifier.tools.meta_analysis import pool_estimates
-from heli_identifier.tracing import Verdict
 from heli_plant.effects import CATALOGUE
 from tests.commands import heli
 from tests.diagnosis_example import adequate_diagnosis, found_effects

@@ -33,20 +33,12 @@ from heli_identifier.online.whitening import (
     whitening,
 )
 from heli_identifier.records import Event, Log, write_log
+from heli_identifier.results import Verdict
 from heli_identifier.tools.history import combine_histories, identify_log
-from heli_identifier.tracing import Verdict
 from heli_plant.parameters import TABLE_2
 from tests.blind.windy import windy_rig
 from tests.commands import heli_json
-from tests.simulated import (
-    H,
-    closed_loop_log,
-    drive,
-    noisy_log,
-    process_noise,
-    run_identifier,
-    simulate_pushed,
-)
+from tests.simulated import H, closed_loop_log, drive, noisy_log, process_noise, run_identifier, simulate_pushed
 
 FILTER = discretise(1.0, 0.7, H, 0.08)
 USUAL = whitening(log(7.0), log(0.8), FILTER, H)

@@ -10,11 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from heli_identifier.online import Estimate
-from heli_identifier.results import AxisError, ErrorFigure, words
+from heli_identifier.results import AxisError, Determination, ErrorFigure, LogFault, words
 from heli_identifier.results.report import report_page
 from heli_identifier.results.svg import Axes, figure, thin_line, ticks
 from heli_identifier.results.tables import effect_table, error_table, experiments_of, gain_table
-from heli_identifier.tracing import Determination, LogFault
 from tests.diagnosis_example import adequate_diagnosis, example_diagnosis, simulated_log
 
 

@@ -20,6 +20,7 @@ from heli_identifier.results import (
     ErrorFigure,
     RigVerdict,
     Use,
+    Verdict,
     corrected_parameters,
     document_text,
     read_document,
@@ -29,7 +30,6 @@ from heli_identifier.results import (
 from heli_identifier.results.report import report_page
 from heli_identifier.results.tables import experiments_of
 from heli_identifier.results.words import effect_name, leading_error, typeset_notes, verdict_line
-from heli_identifier.tracing import Verdict
 from heli_plant.tabulated_torque import KNOTS
 from tests.blind.generator import make_rig
 from tests.blind.windy import windy_rig

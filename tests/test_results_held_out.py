@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from benchmarks.rigs import likelihood_of as nothing_fitted
-from heli_identifier.chain import FAULTS
+from heli_identifier.chain import FAULTS, controllers_of
 from heli_identifier.errors import LogError
 from heli_identifier.online import Estimate
 from heli_identifier.records import Event, Log
-from heli_identifier.results import Use, diagnose, errors_ahead, rms_figures
-from heli_identifier.results.held_out import _thin_errors, compare, judge_use, likelihood_of, undo_in_log
+from heli_identifier.results import Determination, ParameterReport, Use, diagnose, errors_ahead, rms_figures
+from heli_identifier.results.determination import _judge_parameter
+from heli_identifier.results.findings import lag_effect, lag_score
+from heli_identifier.results.held_out import _thin_errors, compare, judge_use, likelihood_of, stable_axes, undo_in_log
 from heli_identifier.results.prediction import HORIZONS, Model, Run, answer_deviation, simulate_record
-from heli_identifier.tracing import Determination, ParameterReport, coordinates_of, fit, helicopter, select
-from heli_identifier.tracing.findings import _judge_parameter, lag_effect, lag_score
+from heli_identifier.tracing import coordinates_of, fit, helicopter, select
 from heli_identifier.tracing.fit import covariance
-from heli_identifier.tracing.references import controllers_of
 from heli_identifier.tracing.rig import record_of
 from heli_identifier.tracing.settings import NOISE_WIDTH, PER_LOG
 from heli_plant.parameters import TABLE_2
@@ -124,6 +124,11 @@ def test_a_fault_of_the_logs_is_no_error_of_the_model_before_and_none_of_a_free_
     assert [fault.name for fault in diagnosis.faults] == ["scale"] and not diagnosis.effects
     assert re.search(r"under 0\.8[56]\d* times the logged v_front", diagnosis.notes[0])
     assert abs(diagnosis.held_out.gain.value) < 8.0  # the plants are the same
+    # the delivered plant takes the voltages as they are logged: its share errs by less than a seventh of the fault
+    p, (v, angles) = diagnosis.plant_after, (large[2].voltages, large[2].angles)
+    assert p.share_front == pytest.approx(0.85, abs=0.02)
+    ours, equal = (simulate(v, H, start_at_rest(q, v), q)[1] - angles for q in (p, p._replace(share_front=1.0)))
+    assert (np.std(ours, axis=0) < 0.5 * np.std(equal, axis=0)).all()
     for axis in ("pitch", "elevation"):
         report = diagnosis.axes[axis]
         assert report.after.free_run.value < 2.0 * report.noise_floor.free_run.value
@@ -194,8 +199,8 @@ def test_an_unstable_plant_in_closed_loop_has_a_floor_and_no_free_run():
     unstable = TABLE_2._replace(a_th=-0.4, theta0=0.1)  # the body's mass lies above the pitch axis
     run = Run.along(model(unstable), record_of(flown(7), RIG), np.zeros(3))
     assert np.isfinite(simulate_record(run).errors()["ahead_200ms"]).all()
-    assert RIG.stable(unstable) == (False, True, False)
-    assert RIG.stable(TABLE_2._replace(cable_stiffness_travel=0.01)) == (True, True, True)
+    assert stable_axes(unstable) == (False, True, False)
+    assert stable_axes(TABLE_2._replace(cable_stiffness_travel=0.01)) == (True, True, True)
 
 
 def test_the_air_that_is_drawn_has_its_level_and_rate_and_the_interval_of_a_figure_covers():
@@ -287,6 +292,8 @@ def test_motors_without_a_lag_are_no_finding():
     selection = select(fit(likelihood, likelihood.rig.base), [])
     C = covariance(selection.fit)
     assert lag_score(selection.fit, C).score > 100.0 and lag_effect(selection, selection.fit, C) is None
+    # a score is what the interval says: three times as wide, it falls to a ninth, less the prior
+    assert lag_score(selection.fit, 9.0 * C).score < lag_score(selection.fit, C).score / 9.0
 
 
 def test_plant_and_recovered_controller_fly_a_log_again():

@@ -11,13 +11,16 @@ from scipy.special import chdtrc
 from scipy.stats import binom
 
 from benchmarks.rigs import likelihood_of, log_of, windy_logs
+from heli_identifier.chain import controllers_of, feedback, find_references, refusal
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log
+from heli_identifier.results import Determination
+from heli_identifier.results.determination import parameter_reports
+from heli_identifier.results.findings import state_effects
 from heli_identifier.tracing.fit import fit
 from heli_identifier.tracing.identification import _axes_timed, _estimate_outside, identify_plant
-from heli_identifier.tracing.instruments import Regression, Term, filter_terms, instruments, reduce_rate
-from heli_identifier.tracing.references import controllers_of, feedback, find_references, refusal
-from heli_identifier.tracing.statements import Determination
+from heli_identifier.tracing.instrument_signals import reduce_rate
+from heli_identifier.tracing.instruments import Regression, Term, filter_terms, instruments
 from tests.blind.coefficients import Coefficients
 from tests.blind.generator import make_rig
 from tests.blind.plant import Control, fly, room_torque
@@ -189,8 +192,8 @@ def landing(seed):
 def test_a_table_is_no_ground_effect_and_a_landing_no_gain():
     """Fitted as flight they are an effect of 120 nats, a curve of 66, and twice the gain; 3.5 standard errors hold."""
     found = identify_plant([landing(seed) for seed in range(3)])
-    gain = found.parameters["k_z"].estimate
-    assert not found.effects[0]
+    gain = parameter_reports(found)["k_z"].estimate
+    assert not state_effects(found)[0]
     assert abs(gain.value - Coefficients().k_z) < 3.5 * gain.standard_error < 0.3 * gain.value
 
 
@@ -245,8 +248,8 @@ def test_open_loop_is_told_from_closed_loop_and_its_voltages_are_the_references(
 def test_an_arm_that_bends_in_open_loop_is_no_controller_and_contradicts_no_gain():
     made = make_rig(11, "arm_bending")
     found = identify_plant([log_of(f"log{i}", 100.0, log) for i, log in enumerate(made.train)])
-    assert not found.references.closed_loop and [effect.name for effect in found.effects[0]] == ["arm_bending"]
-    assert found.parameters["k_z"].determination is Determination.OUTSIDE
+    assert not found.references.closed_loop and [effect.name for effect in state_effects(found)[0]] == ["arm_bending"]
+    assert parameter_reports(found)["k_z"].determination is Determination.OUTSIDE
 
 
 def test_what_comes_from_outside_does_not_take_the_timing_of_the_voltages_from_the_likelihood():
@@ -272,4 +275,4 @@ def test_an_encoder_that_does_not_shake_bends_no_arm():
     """A controller answers every count, and its answers fit a bending with 11 nats, beside a k_z that is 5 % larger."""
     found = identify_plant(windy_logs(windy_rig(26, "ou", shake=0.0), "a"))
     assert found.references.closed_loop
-    assert "arm_bending" not in {effect.name for effect in (*found.effects[0], *found.effects[1])}
+    assert "arm_bending" not in {effect.name for effects in state_effects(found) for effect in effects}

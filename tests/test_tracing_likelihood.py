@@ -11,6 +11,7 @@ from scipy.signal import lfilter
 from benchmarks.rigs import likelihood_of, log_of, windy_logs
 from heli_identifier.chain import MARGIN
 from heli_identifier.records import Event, Log
+from heli_identifier.results.prediction import encoder_error
 from heli_identifier.tracing import helicopter, sensitivity
 from heli_identifier.tracing import noise as filters
 from heli_identifier.tracing.fit import Fit, bounded_step, covariance, fit, fit_log_spread, known_fit
@@ -59,7 +60,7 @@ def test_sensitivities_agree_with_runs_of_the_filter(clean):
     quadratic = fitted.quadratic
     record = likelihood.records[0]
     for i, coordinate in enumerate(fitted.coordinates):
-        p, step, *_ = likelihood.move(point, coordinate, fitted.x[i])
+        _, step, p, _ = likelihood.move(point, coordinate, fitted.x[i])
         exact = 0.0
         for n, own in enumerate(likelihood.records):
             e, _ = likelihood.run(n, replace(point, parameters=p))
@@ -309,7 +310,7 @@ def test_the_gain_minimises_the_stationary_error():
 def test_the_encoders_error_has_its_variance_and_colour():
     """Mean square 1 and correlation COLOURED exp(-k h) from one sample to the next, to 4 standard errors."""
     own, count = solved(80.0, 2.5, 200.0, 0.0), 200_000
-    n, stay = own.encoder_error(count, np.random.default_rng(6)), np.exp(-40.0 * H)
+    n, stay = encoder_error(own, count, np.random.default_rng(6)), np.exp(-40.0 * H)
     error = np.sqrt(2.0 / count * (1.0 + stay**2) / (1.0 - stay**2))
     assert np.mean(n**2) == pytest.approx(1.0, abs=4.0 * error)
     assert np.mean(n[1:] * n[:-1]) == pytest.approx(COLOURED * stay, abs=4.0 * error)

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from benchmarks.rigs import likelihood_of, log_of, windy_logs
-from heli_identifier.records import Event
+from heli_identifier.records import DiagnosisSettings, Event
 from heli_identifier.results import RigVerdict, diagnose
-from heli_identifier.tracing import DiagnosisSettings, Likelihood, fit, helicopter, identify_plant
+from heli_identifier.tracing import Likelihood, fit, helicopter, identify_plant
 from heli_identifier.tracing.pushes import find_pushes
 from heli_identifier.tracing.select import select
 from heli_identifier.tracing.unknown import search_unknown

@@ -1,12 +1,14 @@
-"""The measurement chain: what may be wrong between a rig and its log.
+"""What logs show without a plant: faults of the measurement chain, passages to leave out, controllers, references.
 
 A fault is described like an effect of the plant: a channel, a size, a law, bounds. It is searched in the likelihood in
-which effects are, and undone in the log; it never becomes part of a plant. Defects that show without any plant, such as
-equal columns, are found by :mod:`.inspection`.
+which effects are, and undone in the log; only the scale of one voltage becomes part of the plant. Defects that show
+without any plant, such as equal columns, are found by :mod:`.inspection`.
 """
 
 # ruff: noqa: F401 - the names are the subpackage's interface
-from .answers import controller_samples, undo_delays
+from .answers import CHANNELS, controller_samples, undo_delays
+from .causality import feedback, refusal
+from .controllers import Controller, controllers_of
 from .events import (
     MARGIN,
     SETTLING,
@@ -21,3 +23,5 @@ from .events import (
 )
 from .faults import FAULTS, Fault, undo_faults
 from .inspection import ARM_BENDING, ROTOR_TIMING, Defect, inspect_logs
+from .moving import STILL, axes_that_move, moves_freely
+from .references import References, find_references

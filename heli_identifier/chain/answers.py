@@ -13,7 +13,7 @@ A likelihood cannot decide this: the voltages of a late log contain the angle's 
 with an arm that bends, can make use of it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +22,12 @@ from numpy.typing import NDArray
 from heli_identifier.records import ANGLES, Array, Log
 
 from .inspection import Defect
+
+CHANNELS: Mapping[str, tuple[float, tuple[str, ...], tuple[int, ...]]] = {
+    "v_front - v_rear": (-1.0, ("pitch", "travel"), (0, 2)),
+    "v_front + v_rear": (1.0, ("elevation",), (1,)),
+}
+"""Each channel of the voltages: sign of the rear one, the axes it answers, their columns among the angles."""
 
 LONGEST = 0.1
 """Longest delay of an angle [s]: with more, a controller is no longer stable."""
@@ -71,7 +77,8 @@ def _estimate_delay(log: Log, column: int) -> float | None:
     rows, hold, changes = controller_samples(log)
     if changes < 100:
         return None
-    sign, others = (1.0, []) if ANGLES[column] == "elevation" else (-1.0, [2 - column])
+    sign, _, columns = next(channel for channel in CHANNELS.values() if column in channel[2])
+    others = [other for other in columns if other != column]
     answer = np.diff(log.voltages[rows] @ np.array([1.0, sign]), 2)
     angles = np.diff(log.angles[rows], 2, axis=0)
     angle = angles[:, column]

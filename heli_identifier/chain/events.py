@@ -27,16 +27,22 @@ in the search for slips."""
 RATE = 100.0
 """Rate [Hz] to which faster logs are reduced in the search for slips."""
 
+SURE = 3.0
+"""Evidence [nats] from which rows are lost, odds of 20 to 1; less is a slip where the logs lack no other rows."""
+
 RATE_WINDOW, NOISE_QUANTILE, NOISE_FACTOR = 0.1, 0.995, 3.0
 """Time [s] before and after a sample over which its rate is a median of differences. A slip exceeds the range of its
 neighbours by this factor times this quantile of all such excesses."""
 
 
-def find_slips(logs: Sequence[Log]) -> tuple[Event, ...]:
-    """Find the slips of the encoders in logs of one rig, log by log, axis by axis, in order of time."""
+def find_slips(logs: Sequence[Log]) -> tuple[tuple[Event, ...], tuple[str, ...]]:
+    """Find the slips of the encoders in logs of one rig, log by log, axis by axis, in order of time.
+
+    A sentence for each log that lacks rows comes with them: there all axes jump, each by its rate.
+    """
     factors = [max(1, int(log.rate_hz / RATE + 0.5)) for log in logs]
     reduced = [(log.angles[::factor], 1.0 / (log.rate_hz / factor)) for log, factor in zip(logs, factors, strict=True)]
-    excesses = [_excess_over_neighbours(angles, step) for angles, step in reduced]
+    rates, excesses = zip(*(_excess_over_neighbours(angles, step) for angles, step in reduced), strict=True)
     noise = NOISE_FACTOR * np.quantile(np.concatenate([abs(e) for e in excesses]), NOISE_QUANTILE, axis=0)
     curvatures = [
         abs(local_cubic(angles, step, MARGIN, 2)).max(axis=0)
@@ -44,15 +50,32 @@ def find_slips(logs: Sequence[Log]) -> tuple[Event, ...]:
         if len(angles) > 2 * _window_length(step, MARGIN)
     ]
     largest = np.max(curvatures, axis=0) if curvatures else np.inf
-    slips = list[Event]()
-    for log, (_, step), excess in zip(logs, reduced, excesses, strict=True):
+    jumps = list[tuple[Event, float]]()
+    for log, (_, step), rate, excess in zip(logs, reduced, rates, excesses, strict=True):
         allowed = noise + largest * step * RATE_WINDOW
-        for axis, steps, limit in zip(ANGLES, excess.T, allowed, strict=True):
-            for index in np.flatnonzero(abs(steps) > limit):
+        for column, axis in enumerate(ANGLES):
+            for index in np.flatnonzero(abs(excess[:, column]) > allowed[column]):
                 at = (int(index) + 1) * step
-                in_file = log.start + at
-                slips.append(Event(log.name, axis, at, at, in_file, in_file, "slip", float(steps[index])))
-    return tuple(slips)
+                in_file, size = log.start + at, float(excess[index, column])
+                slip = Event(log.name, axis, at, at, in_file, in_file, "slip", size)
+                jumps.append((slip, _evidence_of_lost_rows(excess[index], rate[index], noise, column)))
+    certain = any(nats > SURE for _, nats in jumps)  # where some rows are lost, others are
+    slips = tuple(jump for jump, nats in jumps if nats <= (-SURE if certain else SURE))
+    lost = {log.name: [j.start_in_file for j, _ in jumps if j.log == log.name and j not in slips] for log in logs}
+    return slips, tuple(
+        f"{name}: at {min(instants):.2f} s all axes jump as far as they move in some samples, so the log lacks rows "
+        f"there{' and elsewhere' * (len(instants) > 1)}. Log the time with every row"
+        for name, instants in lost.items() if instants
+    )  # fmt: skip
+
+
+def _evidence_of_lost_rows(excess: Array, rate: Array, noise: Array, column: int) -> float:
+    """Return by how much [nats] lost rows explain the other axes better: they jump by as many samples of their rate."""
+    samples = excess[column] / rate[column] if rate[column] else 0.0
+    if samples < 0.5:  # against the motion
+        return -np.inf
+    nats = (excess**2 - (excess - samples * rate) ** 2) / (2.0 * (noise / (3.0 * NOISE_FACTOR)) ** 2)
+    return float(np.delete(nats, column).sum())
 
 
 def mark_events(logs: Sequence[Log], events: Sequence[Event]) -> tuple[Log, ...]:
@@ -79,7 +102,8 @@ def undo_slips(logs: Sequence[Log], events: Sequence[Event]) -> tuple[tuple[Log,
             angles[round(event.start * log.rate_hz) :, ANGLES.index(event.axis)] -= event.size
             notes.append(
                 f"{log.name}: the reading of its {event.axis} slips by {1e3 * event.size:.3g} mrad at "
-                f"{event.start_in_file:.2f} s, and what follows was shifted back; fasten the encoder's coupling"
+                f"{event.start_in_file:.2f} s, and what follows was shifted back; fasten the encoder's coupling, if no "
+                "row of the log is missing there"
             )
         corrected.append(replace(log, angles=angles) if slips else log)
     return tuple(corrected), tuple(notes)
@@ -135,13 +159,14 @@ def _window_length(step: float, window: float) -> int:
     return max(int(window / step) | 1, 5)
 
 
-def _excess_over_neighbours(angles: Array, step: float) -> Array:
-    """Return by how much each change of the angles [rad] lies outside the range of the rates before and after it."""
+def _excess_over_neighbours(angles: Array, step: float) -> tuple[Array, Array]:
+    """Return the rate around each change of the angles, and by how much it lies outside the range of rates [rad]."""
     width, change = int(RATE_WINDOW / step) | 1, np.diff(angles, axis=0)
-    excess = np.zeros_like(change)
+    near, excess = np.zeros((2, *change.shape))
     if len(change) > 2 * width:
         rate, shift = median_filter(change, (width, 1)), width // 2 + 1  # shift to the centre of a neighbouring median
         before, after = rate[width - shift : len(rate) - width - shift], rate[width + shift : len(rate) - width + shift]
         inner = change[width:-width]
         excess[width:-width] = inner - inner.clip(np.minimum(before, after), np.maximum(before, after))
-    return excess
+        near[width:-width] = 0.5 * (before + after)
+    return near, excess

@@ -163,8 +163,8 @@ FAULTS: tuple[Fault, ...] = (
       for axis in ANGLES),
     Fault("scale", "v_front", "the front rotor pulls as the rear one would under {factor} times the logged v_front",
           "1", -0.5, 0.5, 0.02, _undo_scale,
-          "Measure both voltages at the motors while the log runs. Correct a wrong factor of the log. If it "
-          "is right, the rotors differ, and the corrected plant takes v_front times this factor.",
+          "Measure both voltages at the motors while the log runs. If they are as logged, the rotors differ, as the "
+          "corrected plant has it (rotor.front). Otherwise correct the factor of the log and diagnose it again.",
           "In your log or in your rotors"),
 )  # fmt: skip
 """The catalogue of faults that are searched in the likelihood."""

@@ -4,6 +4,7 @@
 * **Degrees.** An encoder's counts are visible as steps of the angle. If they are pi/180 of those that the configuration
   gives, radians were read as degrees; if they are 180/pi times as large, degrees were read as radians.
 * **Filters.** An angle without steps, while another has steps, was filtered or resampled, which distorts and delays it.
+  If none has steps, all have less noise than their encoders make.
 * **Signs.** Both rotors lift. If the means of the voltages have opposite signs and are larger than their variation, one
   has the wrong sign.
 * **Counts.** Steps of another size: the encoder has other counts per turn than the configuration says.
@@ -40,6 +41,10 @@ encoder with backlash, and stays for so long that it may look late."""
 
 FINEST = 1.0 / 6.0
 """The same ratio, below which the steps may be digits of a text, or come from interpolation."""
+
+LEAST_NOISE = 0.3
+"""Noise of an angle over that of its encoder's steps, below which something took it away: a mean of ten readings has as
+little. The noise is that of third differences, to which the motion of a bench adds a hundredth."""
 
 FLAT_SHARE = 0.02
 """Share of the samples at the largest value that no excitation has by chance."""
@@ -97,6 +102,14 @@ def inspect_logs(logs: Sequence[Log], counts: Sequence[int], voltage_limit: floa
                 f"it, or a drift was added; log what the encoder of the {axis} reads"
             )
             defects.append(Defect("filtered", axis, words, ARM_BENDING + ROTOR_TIMING))
+    noise = np.sqrt(12.0 / 20.0) * np.median([np.diff(log.angles, 3, axis=0).std(0) for log in logs], axis=0)
+    if not any((*steps, *on_grid)) and (noise * counts / (2.0 * np.pi) < LEAST_NOISE).all():
+        defects.append(Defect(
+            "filtered", "angles", "no angle has the steps of an encoder, and all have less noise than the steps of "
+            "heli.toml make: they were filtered or resampled, which delays and bends them, or the encoders are finer, "
+            "or this is a simulation. Log what the encoders read, or correct encoder_counts",
+            (*ARM_BENDING, *ROTOR_TIMING, "timing of voltages"),
+        ))  # fmt: skip
     estimates = [estimate_jitter(log.angles, log.step) for log in logs]
     sure = [jitter for jitter, error in estimates if jitter > max(LEAST_JITTER, CERTAIN * error)]
     if len(sure) > len(logs) // 2:
@@ -184,12 +197,15 @@ def _compare_counts(axis: str, step: float, counts: int) -> list[Defect]:
             )
     if ratio < FINEST or 1.0 / OTHER_COUNTS < ratio < OTHER_COUNTS:
         return []
+    imitates = (f"friction of the {axis}", f"backlash of {axis}", f"timing of {axis}") if ratio > COARSE else ()
+    if _is_decimal(step) or _is_decimal(np.degrees(step)):
+        words = f"the {axis} comes in steps of {step:.3g} rad, the last digit of a text: log it with more digits"
+        return [Defect("rounded", axis, words, imitates, ratio)]
     words = (
         f"the {axis} moves in steps of {1e3 * step:.3g} mrad, {2.0 * np.pi / step:.0f} a turn, and heli.toml says "
         f"{counts}: correct encoder_counts, or take an encoder that is finer; or correct the factor of the {axis}, if "
         f"it is {ratio:.3g} times too large"
     )
-    imitates = (f"friction of the {axis}", f"backlash of {axis}", f"timing of {axis}") if ratio > COARSE else ()
     return [Defect("counts", axis, words, imitates, ratio)]
 
 

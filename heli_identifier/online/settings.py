@@ -10,16 +10,7 @@ from typing import NamedTuple
 from ..errors import ConfigurationError, require_positive, require_range
 from .loop import product_interval, score_samples
 from .state_filter import FilterCoefficients, discretise
-from .whitening import (
-    ANY_ROOM,
-    Bounds,
-    Noise,
-    Whitening,
-    angle_slopes,
-    bound_noise,
-    noise_bounds,
-    whitening,
-)
+from .whitening import ANY_ROOM, Bounds, Noise, Whitening, angle_slopes, bound_noise, noise_bounds, whitening
 
 DETERMINED = 0.1
 """Largest half width of the 95 % interval of a determined value, as a share of the value."""

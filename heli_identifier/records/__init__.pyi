@@ -1,6 +1,7 @@
 from .columns import Array as Array
 from .configuration import CONTRACT as CONTRACT
 from .configuration import ControllerConfiguration as ControllerConfiguration
+from .configuration import DiagnosisSettings as DiagnosisSettings
 from .configuration import Geometry as Geometry
 from .configuration import GivenRig as GivenRig
 from .configuration import LogFormat as LogFormat

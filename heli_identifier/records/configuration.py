@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
-from heli_identifier.errors import ConfigurationError, refuse, require_range
+from heli_identifier.errors import ConfigurationError, refuse, require_positive, require_range
 from heli_identifier.online import Estimate
 from heli_plant.control import PidSettings
 from heli_plant.effects import CATALOGUE, effect_of
@@ -202,3 +202,33 @@ class RigConfiguration(GivenRig):
     name: str = "rig"
     format: LogFormat = CONTRACT
     controller: ControllerConfiguration = ControllerConfiguration()
+
+
+@dataclass(frozen=True, kw_only=True)
+class DiagnosisSettings(GivenRig):
+    """What is given of a rig, its logs and its encoders.
+
+    Raises
+    ------
+    ConfigurationError
+        A value is out of bounds, or the catalogue has no such effect; the message names it, its value and its bound.
+    """
+
+    voltage_limit: float = 5.0
+    """Saturation of both voltages [V]."""
+    keep_events: bool = False
+    """Use also the passages in which something other than the plant acts; by default they are left out. They are listed
+    either way."""
+    counts: tuple[int, int, int] = (4096, 4096, 8192)
+    """Counts per turn of the encoders of pitch, elevation, travel."""
+
+    def __post_init__(self) -> None:
+        require_positive("voltage_limit", self.voltage_limit, "V")
+        super().__post_init__()
+
+    @classmethod
+    def from_rig(cls, configuration: RigConfiguration) -> "DiagnosisSettings":
+        """Make settings of all that a rig's configuration states."""
+        given = {one.name: getattr(configuration, one.name) for one in fields(GivenRig)}
+        form = configuration.format
+        return cls(**given, voltage_limit=form.voltage_limit, counts=form.encoder_counts)

@@ -7,6 +7,8 @@ from .checking import errors_in_loop as errors_in_loop
 from .comparing import Comparison as Comparison
 from .comparing import compare as compare
 from .comparing import slope_estimates as slope_estimates
+from .determination import EXPERIMENTS as EXPERIMENTS
+from .determination import sign_notes as sign_notes
 from .diagnose import diagnose as diagnose
 from .diagnosis import AxisError as AxisError
 from .diagnosis import AxisReport as AxisReport
@@ -44,6 +46,12 @@ from .report import write_results as write_results
 from .running import build as build
 from .running import play_log as play_log
 from .running import simulate as simulate
+from .statements import CatalogueVerdict as CatalogueVerdict
+from .statements import Determination as Determination
+from .statements import FoundEffect as FoundEffect
+from .statements import LogFault as LogFault
+from .statements import ParameterReport as ParameterReport
+from .statements import Verdict as Verdict
 from .svg import Axes as Axes
 from .svg import figure as figure
 from .svg import figure_file as figure_file

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from heli_identifier.chain import find_references
 from heli_identifier.errors import LogError
 from heli_identifier.records import Log, LogSource, read_logs
 from heli_identifier.results.bootstrap import rms_figures
@@ -15,7 +16,6 @@ from heli_identifier.results.prediction import SPACING, STRETCH, Answer, Model, 
 from heli_identifier.results.report import render
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import AHEAD, angle_text, to_digits
-from heli_identifier.tracing import find_references
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.rig import Parameters, record_of
 

@@ -13,6 +13,7 @@ from heli_identifier.chain import describe_events
 from heli_identifier.errors import LogError
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.records import (
+    DiagnosisSettings,
     Geometry,
     Log,
     LogSource,
@@ -25,18 +26,19 @@ from heli_identifier.records import (
     read_logs,
 )
 from heli_identifier.results.checking import errors_ahead
+from heli_identifier.results.curves import draw_curves
+from heli_identifier.results.determination import MATTERS, estimates, parameter_reports, sign_notes
 from heli_identifier.results.diagnosis import DataEntry, Diagnosis, ErrorFigure, RigVerdict
+from heli_identifier.results.findings import catalogue_verdicts, log_faults, outlying_log_notes, state_effects
 from heli_identifier.results.held_out import compare
+from heli_identifier.results.statements import Agreement, Determination, FoundEffect, ParameterReport, Verdict
 from heli_identifier.results.words import has_sign
-from heli_identifier.tracing.findings import draw_curves, estimates, log_faults
 from heli_identifier.tracing.fit import Fit, covariance, fit
 from heli_identifier.tracing.helicopter import LAG_FIELD
 from heli_identifier.tracing.identification import IdentifiedPlant, Progress, identify_plant
 from heli_identifier.tracing.instruments import InstrumentEstimates
-from heli_identifier.tracing.outlying_logs import outlying_log_notes
 from heli_identifier.tracing.rig import Array, Parameters, Record
-from heli_identifier.tracing.settings import ESTABLISHED, MATTERS, OUTLIER, REFITTED, SETTLING, DiagnosisSettings
-from heli_identifier.tracing.statements import Determination, FoundEffect, Verdict
+from heli_identifier.tracing.settings import ESTABLISHED, OUTLIER, REFITTED, SETTLING
 
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits
@@ -66,12 +68,13 @@ def diagnose(
     after, null, rig = identified.plant, identified.selection.null, identified.plant.likelihood.rig
     mended = null.likelihood.undo_faults(after.likelihood.faults)  # else they would be effects that "after" has
     before = fit(mended, [n for n in null.fields if n != LAG_FIELD], null, {LAG_FIELD: 0.0})
-    effects, possible = identified.effects
-    faults = log_faults(identified.selection, identified.defects)
+    effects, possible = state_effects(identified)
+    faults = log_faults(identified)
     if progress:
         progress("comparing before and after", 0.7)
     references, events, C = identified.references, identified.events, identified.covariance
-    axes, nats, series = compare(before, after, identified.held_out, identified.parameters, references.closed_loop)
+    reports = parameter_reports(identified)
+    axes, nats, series = compare(before, after, identified.held_out, reports, references.closed_loop)
     plant, ahead = _delivered_plant(after, effects), dict[str, float]()
     if references.closed_loop:
         for log in (*identified.logs, *identified.held_out):
@@ -92,13 +95,13 @@ def diagnose(
         faults=faults,
         effects=effects,
         possible=possible,
-        catalogue=identified.catalogue,
+        catalogue=catalogue_verdicts(identified.selection, (*effects, *possible)),
         parameters_before=base_estimates(before, covariance(before)),
         parameters_after=base_estimates(after, C),
         effects_after=estimates(
             after, C, [name for name in after.fields if name in effect_fields or name not in null.fields]
         ),
-        parameters=identified.parameters,
+        parameters=reports,
         covariance=C_slopes,
         covariance_fields=after.fields,
         plant_before=before.parameters,
@@ -108,7 +111,7 @@ def diagnose(
         held_out=replace(nats, chi2=chi2 if any(freedom for _, freedom in chi2.values()) else {}),
         closed_loop=references.closed_loop,
         references=references.origin,
-        agreement=identified.agreement,
+        agreement=Agreement(*identified.agreement) if identified.agreement else None,
         series=series,
         curves=draw_curves(after, effects),
         data=tuple(
@@ -123,10 +126,11 @@ def diagnose(
             *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),
             *describe_events((*training, *unseen), () if settings.keep_events else events),
             *identified.notes,
+            *sign_notes(estimates(null, covariance(null), GAINS)),
             *outlying_log_notes(after, (*identified.logs, *identified.held_out)),
             *references.notes,
-            *_plant_notes(identified, settings.effects),
-            *_given_gain_notes(identified),
+            *_plant_notes(after, reports, settings.effects),
+            *_given_gain_notes(identified, reports),
             *_size_notes(effects),
             *_geometry_notes(settings.geometry, after, C_slopes),
             *highest_voltage((*training, *unseen), settings.voltage_limit)[1],
@@ -178,17 +182,22 @@ def base_estimates(fitted: Fit, C: Array) -> dict[str, Estimate]:
 
 
 def _delivered_plant(after: Fit, effects: Sequence[FoundEffect]) -> Parameters:
-    """Return the parameters of the plant as it is delivered: a motor lag that is no finding is added to T_m."""
-    p = after.parameters
+    """Return the parameters of the plant as it is delivered.
+
+    It takes the voltages as they are logged: a front rotor that pulls more than the rear one, or a wrong factor of its
+    voltage, is its share of the thrust. A motor lag that is no finding is added to T_m.
+    """
+    scale = sum(size for fault, size in after.likelihood.faults.items() if fault.name == "scale")
+    p = after.parameters._replace(share_front=1.0 + scale)
     if any(effect.name == "motor_lag" for effect in effects):
         return p
     return p._replace(T_m=p.T_m + p.motor_lag_rotors, **{LAG_FIELD: 0.0})
 
 
-def _plant_notes(identified: IdentifiedPlant, expected: Mapping[str, Estimate]) -> Iterator[str]:
+def _plant_notes(plant: Fit, reports: Mapping[str, ParameterReport], expected: Mapping[str, Estimate]) -> Iterator[str]:
     """Name undetermined or contradicted parameters, and effects that are at a bound or not as ``expected``."""
-    plant, missing = identified.plant, list[str]()
-    for name, report in identified.parameters.items():
+    missing = list[str]()
+    for name, report in reports.items():
         if report.contradicted:
             yield f"{name}: {report.why}; do not design a controller on this axis before the two agree"
         elif report.determination is Determination.NOT_DETERMINED:
@@ -220,11 +229,11 @@ def _plant_notes(identified: IdentifiedPlant, expected: Mapping[str, Estimate]) 
             )
 
 
-def _given_gain_notes(identified: IdentifiedPlant) -> Iterator[str]:
+def _given_gain_notes(identified: IdentifiedPlant, reports: Mapping[str, ParameterReport]) -> Iterator[str]:
     """Name gains that heli.toml gives and the references contradict."""
     for axis in identified.instruments.axes if identified.instruments else ():
         for name, value, half in zip(axis.parameters, axis.values, axis.half_widths, strict=True):
-            if name in GAINS and name not in identified.parameters and np.isfinite(value):
+            if name in GAINS and name not in reports and np.isfinite(value):
                 given = identified.plant.estimate(name)
                 if abs(value - given) > max(half, MATTERS * abs(value)):
                     yield (

@@ -16,7 +16,7 @@ from heli_identifier import results  # its other modules show and write these va
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.records import Event, Log
-from heli_identifier.tracing import (
+from heli_identifier.results.statements import (
     Agreement,
     Array,
     CatalogueVerdict,

@@ -32,20 +32,20 @@ import numpy as np
 from scipy.signal import correlate
 from scipy.special import chdtrc
 
-from heli_identifier.chain import Fault, undo_faults
+from heli_identifier.chain import CHANNELS, Fault, controllers_of, undo_faults
 from heli_identifier.records import Log
 from heli_identifier.results.bootstrap import bootstrap, change_figures, rms_figures
 from heli_identifier.results.diagnosis import AxisError, AxisReport, ErrorFigure, HeldOutLikelihood, HeldOutSeries, Use
 from heli_identifier.results.prediction import HORIZONS, SPACING, STRETCH, Model, Run, answer_deviation, simulate_record
+from heli_identifier.results.statements import Determination, ParameterReport
 from heli_identifier.results.words import AHEAD
 from heli_identifier.tracing.fit import Fit, fit, fit_per_log
 from heli_identifier.tracing.helicopter import helicopter
 from heli_identifier.tracing.likelihood import Likelihood, undo_in_record
 from heli_identifier.tracing.noise import filters, recolour
-from heli_identifier.tracing.references import CHANNELS, controllers_of
 from heli_identifier.tracing.rig import Array, Parameters, Record, records_of
 from heli_identifier.tracing.settings import OUTLIER
-from heli_identifier.tracing.statements import Determination, ParameterReport
+from heli_plant.state import PlantState
 
 WHITE_TIME = 1.0
 """Longest lag [s] of the test for whiteness. What the plant lacks at longer times, the filter takes for air."""
@@ -63,6 +63,18 @@ def likelihood_of(model: Model, record: Record) -> tuple[Run, Array]:
     density = -(record.weights * (np.log(sigma) + 0.5 * log(2.0 * pi) + loss)).sum(1) - log_terms / record.samples
     aligned, pushes = likelihood.aligned_record(0, fitted.point), b[len(model.widths) :].tolist()
     return Run.along(model, record, b[: len(sigma)], aligned, pushes), density
+
+
+def air_of(fitted: Fit) -> Array:
+    """Return level [rad/s^2], c, f [1/s], psi [rad] and k [1/s] of the air of every axis, shape (5, a).
+
+    The level is the standard deviation of the part that lasts for 1/:data:`.settings.SLOW_RATE`: a shorter torque does
+    not move a bench.
+    """
+    air, record = fitted.likelihood.rig.air(fitted.point.z), fitted.likelihood.records[0]
+    axes = fitted.likelihood.filters(record, fitted.point)
+    lasting = [max(np.linalg.matrix_power(axis.F, record.held)[0, 0], 0.0) for axis in axes]
+    return np.vstack((air[0] * fitted.encoder_noise() * np.sqrt(lasting), air[1:]))
 
 
 def undo_in_log(faults: Mapping[Fault, float], log: Log, limit: float) -> Log:
@@ -112,7 +124,7 @@ def compare(
         name: change_figures(of_before, errors["after"][name], SPACING) for name, of_before in errors["before"].items()
     }
     residuals = {name: [_standardise(run, models["after"]) for run in of_model] for name, of_model in runs.items()}
-    floor, air = _noise_floor(models["after"], ours), after.air()
+    floor, air = _noise_floor(models["after"], ours), air_of(after)
     moved = [(run.measured(1.0) - run.motion[:, :3], run.motion[:, 3:]) for run in ours]
     angle_stays = rms_figures([angles for angles, _ in moved], SPACING, "error 1 s ahead")
     rate_stays = rms_figures([angles - rates for angles, rates in moved], SPACING, "error 1 s ahead")
@@ -131,7 +143,7 @@ def compare(
     series = tuple(
         HeldOutSeries(
             log, {name: of_model[i] for name, of_model in free_runs.items()},
-            dict(zip(rig.state, map(float, starts[i]), strict=True)),
+            dict(zip(PlantState._fields, map(float, starts[i]), strict=True)),
             {name: of_model[i] for name, of_model in residuals.items()}, records[i].step,
             {name: _join_stretches(records[i], *of_model[i]) for name, of_model in stretches.items() if i in of_model},
         )
@@ -149,11 +161,17 @@ def _records(before: Fit, after: Fit, logs: Sequence[Log]) -> tuple[Record, ...]
     return tuple(undo_in_record(likelihood.faults, record) for record in records)
 
 
+def stable_axes(p: Parameters) -> tuple[bool, ...]:
+    """Return whether each axis is stable on its own, so that a free run of the plant has a meaning."""
+    stiffness = (p.a_th, p.a_e, p.cable_stiffness_travel)
+    return tuple(k > 0.0 and a > 0.0 for k, a in zip(stiffness, (p.a_wx, p.a_wz, p.a_wy), strict=True))
+
+
 def _figures(
     model: Model, errors: Mapping[str, Sequence[Array]], free: Sequence[Array], steps: Sequence[float]
 ) -> list[AxisError]:
     """Return figures by axis of errors ahead, and of the errors of free runs: None where the axis is not stable."""
-    stable = model.rig.stable(model.parameters)
+    stable = stable_axes(model.parameters)
     figures: dict[str, Sequence[ErrorFigure | None]] = {}
     for name, of_logs in errors.items():
         known = any(map(len, of_logs))

@@ -8,9 +8,13 @@ import numpy as np
 from heli_identifier import tracing
 from heli_identifier.chain import describe_events
 from heli_identifier.online import GAINS
-from heli_identifier.records import Log, LogSource, common_configuration, read_logs
+from heli_identifier.records import DiagnosisSettings, Log, LogSource, common_configuration, read_logs
+from heli_identifier.results.determination import estimates, parameter_reports, sign_notes
+from heli_identifier.results.findings import catalogue_verdicts, state_effects
+from heli_identifier.results.statements import Determination, FoundEffect, ParameterReport
 from heli_identifier.results.tables import GAIN_OF, Table, Tabular, gain_cells, rank_experiments
 from heli_identifier.results.words import describe_effect, flight_sentence, to_digits, typeset_notes
+from heli_identifier.tracing.fit import covariance
 from heli_plant.effects import AXES
 
 
@@ -26,9 +30,9 @@ class Look(Tabular):
     """Root mean square of every axis's motion in all logs [encoder counts]."""
     operating_point_v: float
     """Median size of the voltages [V]."""
-    gains: Mapping[str, tracing.ParameterReport]
+    gains: Mapping[str, ParameterReport]
     """Gains of the plant as slopes at the operating point [rad/s^2/V], by the paper's symbols."""
-    effects: tuple[tracing.FoundEffect, ...]
+    effects: tuple[FoundEffect, ...]
     """Effects as a diagnosis states them: established ones, then possible ones."""
     experiment: str
     """What to fly next; empty if no question is open that a flight would settle."""
@@ -43,7 +47,7 @@ class Look(Tabular):
             for axis, counts in self.movement_counts.items()
         ]
         columns = ("axis", "moves by", "gain", "likelihood", "references alone", "determination")
-        open_gains = {n: r for n, r in self.gains.items() if r.determination is not tracing.Determination.OUTSIDE}
+        open_gains = {n: r for n, r in self.gains.items() if r.determination is not Determination.OUTSIDE}
         reasons = [f"{name}: {report.determination}; {report.why}" for name, report in open_gains.items()]
         named = [f"{describe_effect(e)}: {e.verdict}, {e.score:.0f} nats" for e in self.effects]
         remarks = (*reasons, *named, f"to fly next: {self.experiment or 'nothing'}")
@@ -70,17 +74,22 @@ def look(logs: LogSource | Sequence[LogSource]) -> Look:
     LogError as :func:`heli_identifier.tracing.identify_plant` raises it.
     """
     used = read_logs(logs)
-    identified = tracing.identify_plant(used, tracing.DiagnosisSettings.from_rig(common_configuration(used)))
-    rig, references = identified.plant.likelihood.rig, identified.references
-    established, possible = identified.effects
-    ranked = rank_experiments(identified.parameters, (*established, *possible), identified.catalogue)
+    identified = tracing.identify_plant(used, DiagnosisSettings.from_rig(common_configuration(used)))
+    references, null = identified.references, identified.selection.null
+    rig, reports, effects = null.likelihood.rig, parameter_reports(identified), sum(state_effects(identified), ())
+    ranked = rank_experiments(reports, effects, catalogue_verdicts(identified.selection, effects))
     return Look(
         references.closed_loop,
         references.names,
         _rms_movement(used, rig.resolution),
         rig.operating_point,
-        {name: identified.parameters[name] for name in GAINS if name in identified.parameters},
-        (*established, *possible),
+        {name: reports[name] for name in GAINS if name in reports},
+        effects,
         next((text for _, text in ranked), ""),
-        (*describe_events(used, identified.events), *references.notes, *identified.notes),
+        (
+            *describe_events(used, identified.events),
+            *references.notes,
+            *identified.notes,
+            *sign_notes(estimates(null, covariance(null), GAINS)),
+        ),
     )

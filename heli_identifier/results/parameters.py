@@ -21,9 +21,9 @@ from heli_identifier.online import GAINS, Estimate, ModelParameters
 from heli_identifier.records import Array, Log
 from heli_identifier.results.diagnosis import Diagnosis, ErrorFigure, Use
 from heli_identifier.results.documents import damage_error, document_text, read_document
+from heli_identifier.results.statements import Determination
 from heli_identifier.results.tables import Table, Tabular
 from heli_identifier.results.words import join_words, unit_text, uses_text, with_interval
-from heli_identifier.tracing import Determination
 from heli_plant.effects import AXES, CATALOGUE
 from heli_plant.errors import PlantError
 from heli_plant.parameters import BY_FIELD, BY_NAME, PARAMETERS, PlantParameters, from_names

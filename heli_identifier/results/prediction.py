@@ -20,13 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from heli_identifier.chain import smooth_motion
+from heli_identifier.chain import CHANNELS, Controller, smooth_motion
 from heli_identifier.tracing.fit import Fit, fit
 from heli_identifier.tracing.helicopter import Rig
 from heli_identifier.tracing.noise import SHAPES, AxisFilter, filter_gains, filters
-from heli_identifier.tracing.references import CHANNELS, Controller
 from heli_identifier.tracing.rig import Array, Parameters, Record
-from heli_identifier.tracing.settings import BLOCK, PER_LOG, SETTLING
+from heli_identifier.tracing.settings import BLOCK, COLOURED, PER_LOG, SETTLING
 
 SPACING = 0.25
 """Time [s] from one prediction's start to the next; errors of predictions that overlap are correlated."""
@@ -100,7 +99,7 @@ class Model:
             poles = [1.0, -np.trace(F), np.linalg.det(F)]
             d = lfilter([1.0, -F[1, 1]], poles, w[:, 0]) + lfilter([0.0, F[0, 1]], poles, w[:, 1])
             columns.append(level * d)
-        errors = np.column_stack([axis.encoder_error(record.samples, random) for axis in axes])
+        errors = np.column_stack([encoder_error(axis, record.samples, random) for axis in axes])
         return np.column_stack(columns), self.encoder_noise * errors
 
     def run(
@@ -114,6 +113,22 @@ class Model:
         state = None if carry is None else carry.copy()
         after = self.rig.filter(record, self.parameters, K, torque, _NO_SINES, first, last, state, e, _NO_MOTION)
         return after, e
+
+
+def encoder_error(axis: AxisFilter, count: int, random: np.random.Generator) -> Array:
+    """Draw the encoder's error over r, shape (count,), stationary from its first sample."""
+    decay, w = axis.A[4, 4], random.standard_normal((count, 2)) * np.sqrt((COLOURED, 1.0 - COLOURED))
+    w[1:, 0] *= np.sqrt(1.0 - decay * decay)
+    return np.asarray(lfilter([1.0], [1.0, -decay], w[:, 0]) + w[:, 1])
+
+
+def clear_passages(record: Record) -> list[tuple[int, int]]:
+    """Return the passages of a record, in samples, outside of what is left out."""
+    clear = np.ones(record.samples, dtype=bool)
+    for start, end in record.left_out:
+        clear[(record.time >= start) & (record.time <= end)] = False
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], clear, [False])))).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
 
 
 Answer = Callable[[Array, float], Array]
@@ -146,8 +161,9 @@ class Run:
         ``pushes`` are the sizes [rad/s^2] of the torques of :attr:`.Record.pushes`.
         """
         run = cls(model, record, aligned or record, offset, record.torque(offset, pushes), ())
-        states = run.states([first for first, _ in record.clear])
-        passages = [(first, last, state) for (first, last), state in zip(record.clear, states, strict=True)]
+        clear = clear_passages(record)
+        states = run.states([first for first, _ in clear])
+        passages = [(first, last, state) for (first, last), state in zip(clear, states, strict=True)]
         return replace(run, passages=passages)
 
     @cached_property

@@ -11,12 +11,12 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from scipy.signal import correlate
 
-from heli_identifier import tracing
 from heli_identifier.results import tables, words
 from heli_identifier.results.diagnosis import Diagnosis, HeldOutSeries, Use
 from heli_identifier.results.documents import write_files
 from heli_identifier.results.parameters import PLANT, corrected_parameters
 from heli_identifier.results.running import build, check_free_run
+from heli_identifier.results.statements import FoundEffect, variable_name
 from heli_identifier.results.svg import Axes, figure
 from heli_plant.effects import AXES
 from heli_plant.effects import effect as catalogue_effect
@@ -101,7 +101,7 @@ def _draw_overlay(diagnosis: Diagnosis) -> str:
     return figure(panels, "time [s]", description, 1100.0)
 
 
-def _law_figure(diagnosis: Diagnosis, effect: tracing.FoundEffect) -> str:
+def _law_figure(diagnosis: Diagnosis, effect: FoundEffect) -> str:
     """Draw a law, and the torque that the plant without it does not explain, averaged over bins of its variable."""
     # a torque of no catalogue has the curve of its variable, and may have several on an axis
     curves = (c for c in diagnosis.curves if c.name == effect.name and effect.axis in (c.axis, "rotors"))
@@ -114,7 +114,7 @@ def _law_figure(diagnosis: Diagnosis, effect: tracing.FoundEffect) -> str:
     panel.line(x, 1e3 * y, "after", "law", 2.0)
     if len(curve.points):
         panel.points(curve.points[:, 0], 1e3 * curve.points[:, 1], "measured", "data")
-    label, title = words.label_with_unit(tracing.variable_name(curve.variable), curve.unit), words.effect_title(effect)
+    label, title = words.label_with_unit(variable_name(curve.variable), curve.unit), words.effect_title(effect)
     return figure([panel], label, f"{title}: the law with its band over what the training logs show")
 
 

@@ -8,12 +8,19 @@ from math import inf
 from textwrap import wrap
 from typing import Any, NamedTuple
 
-from heli_identifier import results, tracing  # the templates of results are loaded when a page is made
+from heli_identifier import results  # the templates of results are loaded when a page is made
 from heli_identifier.online import GAINS, Estimate
 from heli_identifier.results import words
 from heli_identifier.results.diagnosis import Diagnosis
 from heli_identifier.results.documents import numbers_of, to_json_value
-from heli_identifier.tracing import CurveShape, Determination, ParameterReport, Verdict
+from heli_identifier.results.statements import (
+    CatalogueVerdict,
+    CurveShape,
+    Determination,
+    FoundEffect,
+    ParameterReport,
+    Verdict,
+)
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD
 
@@ -230,8 +237,8 @@ def experiments_of(diagnosis: Diagnosis) -> list[tuple[list[str], str]]:
 
 def rank_experiments(
     parameters: Mapping[str, ParameterReport],
-    effects: Sequence[tracing.FoundEffect],
-    catalogue: Sequence[tracing.CatalogueVerdict],
+    effects: Sequence[FoundEffect],
+    catalogue: Sequence[CatalogueVerdict],
 ) -> list[tuple[list[str], str]]:
     """Return every experiment that would help, with what it would determine.
 

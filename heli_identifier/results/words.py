@@ -6,9 +6,9 @@ from math import floor, isfinite, log10
 
 from scipy.special import chdtri
 
-from heli_identifier import tracing
 from heli_identifier.online import Estimate
 from heli_identifier.results.diagnosis import AxisReport, DiagnosisFile, ErrorFigure, Use
+from heli_identifier.results.statements import FoundEffect, NamedShape, PeriodicShape, Verdict, variable_name
 from heli_plant.effects import CATALOGUE
 from heli_plant.parameters import BY_FIELD
 
@@ -163,7 +163,7 @@ def verdict_line(diagnosis: DiagnosisFile) -> str:
     sure = [effect for effect in diagnosis.effects if effect.in_plant and has_sign(effect)]
     change = _leading_change(diagnosis, (sure or diagnosis.effects)[:1])
     if not diagnosis.effects:
-        untested = sum(entry.verdict == tracing.Verdict.NOT_TESTABLE for entry in diagnosis.catalogue)
+        untested = sum(entry.verdict == Verdict.NOT_TESTABLE for entry in diagnosis.catalogue)
         restriction = f"; {untested} of {len(diagnosis.catalogue)} effects could not be tested" if untested else ""
         return f"These logs do not refute the model{restriction}. {change}"
     first, *more = sure or diagnosis.effects
@@ -179,7 +179,7 @@ def change_word(report: AxisReport, field: str) -> str:
     return "better" if max(ends) <= -SMALLEST_SHARE else "worse" if min(ends) >= SMALLEST_SHARE else ""
 
 
-def _leading_change(diagnosis: DiagnosisFile, effects: Sequence[tracing.FoundEffect]) -> str:
+def _leading_change(diagnosis: DiagnosisFile, effects: Sequence[FoundEffect]) -> str:
     """Say how the error clearly changes on a usable axis: on that of the effects, else where it changes most."""
     field = leading_error(diagnosis)
     usable = {axis: report for axis, report in diagnosis.axes.items() if report.use is not Use.NOTHING}
@@ -200,12 +200,12 @@ def percent(share: float) -> str:
     return shown.replace("-", "−")
 
 
-def name_alternatives(effect: tracing.FoundEffect) -> str:
+def name_alternatives(effect: FoundEffect) -> str:
     """Name the other effects that explain the logs about as well as one does; empty if there are none."""
     return join_words([effect_name(*other) for other in effect.alternatives], "or")
 
 
-def has_sign(effect: tracing.FoundEffect) -> bool:
+def has_sign(effect: FoundEffect) -> bool:
     """Whether the interval of an effect's coefficient excludes zero; a torque by table has no coefficient."""
     if effect.coefficient is None:
         return True
@@ -241,16 +241,16 @@ def typeset_notes(notes: Iterable[str]) -> list[str]:
     return [typeset(f"{name}: {'; '.join(of_log)}" if any(of_log) else name) for name, of_log in texts.items()]
 
 
-def describe_effect(effect: tracing.FoundEffect) -> str:
+def describe_effect(effect: FoundEffect) -> str:
     """Name a found effect; an unknown one by its axis and what it depends on."""
     shape = effect.shape
-    if effect.verdict != tracing.Verdict.UNKNOWN or isinstance(shape, tracing.NamedShape):
+    if effect.verdict != Verdict.UNKNOWN or isinstance(shape, NamedShape):
         return effect_name(effect.name, effect.axis)
-    if isinstance(shape, tracing.PeriodicShape):
+    if isinstance(shape, PeriodicShape):
         return f"a periodic torque on the {effect.axis} at {to_digits(shape.frequency_hz)} Hz"
-    return f"a torque on the {effect.axis} that depends on the {tracing.variable_name(shape.variable)}"
+    return f"a torque on the {effect.axis} that depends on the {variable_name(shape.variable)}"
 
 
-def effect_title(effect: tracing.FoundEffect) -> str:
+def effect_title(effect: FoundEffect) -> str:
     """Return the heading of a found effect."""
     return (text := describe_effect(effect))[:1].upper() + text[1:]

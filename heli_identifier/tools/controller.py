@@ -13,7 +13,7 @@ import numpy as np
 
 from heli_identifier.errors import refuse
 from heli_identifier.records import ControllerConfiguration
-from heli_identifier.results import GAIN_OF, ParameterSet, Use
+from heli_identifier.results import EXPERIMENTS, GAIN_OF, ParameterSet, Use
 from heli_identifier.tools import margins
 from heli_identifier.tools.judging import CONFIDENCE, LONGEST, Design, judge_controller
 from heli_identifier.tools.linearisation import PERIOD
@@ -21,7 +21,7 @@ from heli_identifier.tools.loop import Settings
 from heli_identifier.tools.margins import LOOPS
 from heli_identifier.tools.plants import Plants, allowed_plants, wrong_signs
 from heli_identifier.tools.synthesis import PEAK, design_feedback, retune_pid
-from heli_identifier.tracing import Progress, Rig
+from heli_identifier.tracing import Progress
 from heli_plant.control import PidSettings
 from heli_plant.state_feedback import FeedbackSettings
 
@@ -58,7 +58,7 @@ def design_controller(
     )
     used = (*LOOPS, *(("travel",) if with_travel else ()))
     unfit = [axis for axis in used if axis in parameters.axes_for(Use.NOTHING, Use.PREDICTION)]
-    flights = " ".join(f"For the {axis}: {Rig.experiments[GAIN_OF[axis]]}" for axis in unfit)
+    flights = " ".join(f"For the {axis}: {EXPERIMENTS[GAIN_OF[axis]]}" for axis in unfit)
     what = f"the {' and the '.join(unfit)} of these parameters"
     refuse(bool(unfit), f"the diagnosis does not call {what} fit for control. {flights}")
     plants = allowed_plants(parameters, None if with_travel else pitch, elevation, aim.period, draws, progress)

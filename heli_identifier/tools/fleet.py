@@ -29,10 +29,10 @@ from heli_identifier.errors import IdentifierError
 from heli_identifier.online import Estimate
 from heli_identifier.provenance import provenance
 from heli_identifier.records import find_shared_flight
-from heli_identifier.results import Diagnosis, effect_name, slope_estimates, to_json_value
+from heli_identifier.results import CatalogueVerdict, Diagnosis, Verdict, effect_name, slope_estimates, to_json_value
 from heli_identifier.tools.meta_analysis import Pooled, pool_estimates
 from heli_identifier.tools.rigs import RigLogs, error_text
-from heli_identifier.tracing import CatalogueVerdict, Progress, Verdict
+from heli_identifier.tracing import Progress
 from heli_plant.effects import effect
 
 FALSE_DISCOVERY_RATE = 0.005

@@ -23,11 +23,11 @@ from heli_identifier.errors import LogError
 from heli_identifier.online import PREDICTION_ERROR, Estimate, IdentifierSettings
 from heli_identifier.provenance import provenance
 from heli_identifier.records import Log, LogSource
-from heli_identifier.results import Table, Tabular
+from heli_identifier.results import Table, Tabular, sign_notes
 from heli_identifier.tools import history
 from heli_identifier.tools.history import EstimateHistory
 from heli_identifier.tools.rigs import cut_log
-from heli_identifier.tracing import Progress, sign_notes
+from heli_identifier.tracing import Progress
 from heli_plant.parameters import PlantParameters
 
 SHORTEST = 15.0  # length [s] of a passage from which its gains are known to a few percent

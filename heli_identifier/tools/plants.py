@@ -9,10 +9,10 @@ import numpy as np
 
 from heli_identifier.errors import ConfigurationError, refuse
 from heli_identifier.provenance import provenance
-from heli_identifier.results import GAIN_OF, ParameterSet, Table, draw_values, to_digits, to_json_value
+from heli_identifier.results import GAIN_OF, ParameterSet, Table, draw_values, sign_notes, to_digits, to_json_value
 from heli_identifier.tools.linearisation import NOT_LINEAR, LinearModel, linear_model, linear_system
 from heli_identifier.tools.margins import Array, Responses, frequencies, plant_response
-from heli_identifier.tracing import Progress, sign_notes
+from heli_identifier.tracing import Progress
 from heli_plant.effects import AXES
 from heli_plant.parameters import BY_FIELD, PlantParameters, from_names
 

@@ -1,7 +1,4 @@
-"""From logs to a diagnosis: one likelihood for fit, names, comparison and delivery; instruments judge it.
-
-The stub beside this file is the subpackage's interface: it lists what other subpackages may use.
-"""
+"""From logs to a diagnosis: one likelihood for fit, names, comparison and delivery; instruments judge it."""
 
 import lazy_loader
 

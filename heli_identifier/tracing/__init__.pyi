@@ -1,28 +1,13 @@
 __all__ = [
-    "Agreement",
-    "Array",
     "BASE",
     "CURVE",
-    "CatalogueVerdict",
-    "CurveShape",
-    "Determination",
-    "DiagnosisSettings",
-    "EffectCurve",
     "Fit",
-    "FoundEffect",
     "IdentifiedPlant",
     "Likelihood",
-    "LogFault",
-    "NamedShape",
-    "Number",
-    "ParameterReport",
-    "PeriodicShape",
     "Progress",
     "Rig",
     "Scores",
-    "Verdict",
     "coordinates_of",
-    "find_references",
     "fit",
     "helicopter",
     "identify_plant",
@@ -32,8 +17,6 @@ __all__ = [
     "plausible_range",
     "record_start",
     "select",
-    "sign_notes",
-    "variable_name",
 ]
 
 from .fit import Fit, fit, known_fit
@@ -43,24 +26,5 @@ from .instruments import instruments
 from .likelihood import Likelihood
 from .motion import lag_voltages, record_start
 from .noise import coordinates_of
-from .outlying_logs import sign_notes
-from .references import find_references
 from .score import Scores
 from .select import select
-from .settings import DiagnosisSettings
-from .statements import (
-    Agreement,
-    Array,
-    CatalogueVerdict,
-    CurveShape,
-    Determination,
-    EffectCurve,
-    FoundEffect,
-    LogFault,
-    NamedShape,
-    Number,
-    ParameterReport,
-    PeriodicShape,
-    Verdict,
-    variable_name,
-)

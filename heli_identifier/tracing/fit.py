@@ -1,10 +1,8 @@
 """The fit: Gauss-Newton on the criterion between bounds, from calm and swirling air against local optima.
 
 The plant's coordinates x, the air's z and the per-log parameters b move together. No coordinate moves by more than
-:data:`.settings.LARGEST_STEP` widths of its prior in a step, and the step is halved while F grows. A first fit begins
-with a minute of the first logs in each of the airs :data:`.settings.AIRS`, and every axis continues from the better
-one. When F falls no further, the fit tries a coarse grid of airs around the present one on every axis, and continues
-from there if F is lower.
+:data:`.settings.LARGEST_STEP` widths of its prior in a step, and the step is halved while F grows. When F falls no
+further, the fit tries a coarse grid of airs around the present one, and continues from there if F is lower.
 """
 
 from collections.abc import Mapping, Sequence
@@ -111,17 +109,6 @@ class Fit:
         i = self.fields.index(name)
         return self.coordinates[i].slope(self.coordinates[i].value(self.x[i]))
 
-    def air(self) -> Array:
-        """Return level [rad/s^2], c, f [1/s], psi [rad] and k [1/s] of every axis, shape (5, a).
-
-        The level is the standard deviation of the part that lasts for 1/:data:`.settings.SLOW_RATE`: a shorter torque
-        does not move a bench.
-        """
-        air, record = self.likelihood.rig.air(self.point.z), self.likelihood.records[0]
-        axes = self.likelihood.filters(record, self.point)
-        lasting = [max(np.linalg.matrix_power(axis.F, record.held)[0, 0], 0.0) for axis in axes]
-        return np.vstack((air[0] * self.encoder_noise() * np.sqrt(lasting), air[1:]))
-
     def encoder_noise(self) -> Array:
         """Return the standard deviation r [rad] of the encoders' noise, shape (a,)."""
         axes = self.likelihood.filters(self.likelihood.records[0], self.point)
@@ -168,10 +155,9 @@ def fit(
 ) -> Fit:  # fmt: skip
     """Fit a plant to the records of a rig.
 
-    The parameters and faults ``fields`` are estimated. Other parameters keep the values of ``start``, or those that are
-    given of the rig; other faults of the likelihood stay undone as they are. The fit begins at ``start`` with the
-    values ``shapes`` of some parameters, or at the ``other`` point where F is lower. With ``value_only`` the caller
-    wants F alone: the fit stops early and does not scan the air.
+    The parameters and faults ``fields`` are estimated; others keep the values of ``start``, or those that are given of
+    the rig. The fit begins at ``start`` with the values ``shapes`` of some parameters, or at the ``other`` point where
+    F is lower. With ``value_only`` the caller wants F alone: the fit stops early and does not scan the air.
     """
     rig, new = likelihood.rig, start is None or not set(fields) <= set(start.names)
     if start is None:

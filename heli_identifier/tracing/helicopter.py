@@ -14,12 +14,11 @@ from typing import ClassVar
 import numpy as np
 
 from heli_identifier.online import GAINS, ModelParameters
-from heli_identifier.records import Log, highest_voltage
+from heli_identifier.records import DiagnosisSettings, Log, highest_voltage
 from heli_plant.effects import AXES, BENDING, CATALOGUE, LAG, STEP_TIMES, Effect, effect_of
 from heli_plant.laws import motor_input, thrust_voltage
 from heli_plant.parameters import BY_FIELD, PlantParameters
 from heli_plant.simulation import ALONE, run_accelerations, run_filter, simulate
-from heli_plant.state import PlantState
 from heli_plant.tabulated_torque import KNOTS, VARIABLES
 
 from .instruments import Regression
@@ -29,7 +28,6 @@ from .motion import (
     arm_readings,
     equation_terms,
     estimate_equations,
-    partial_residual,
     plant_accelerations,
     record_start,
     signals_of,
@@ -38,7 +36,7 @@ from .motion import (
 )
 from .noise import physical
 from .rig import Array, Candidate, Coordinate, Record
-from .settings import CATALOGUE_WIDTHS, DIFFERENCE, GAIN_WIDTH, PER_LOG, TIMED, DiagnosisSettings
+from .settings import CATALOGUE_WIDTHS, DIFFERENCE, GAIN_WIDTH, PER_LOG, TIMED
 
 LAG_FIELD, DELAY = "motor_lag_rotors", "input_delay_rotors"
 BASE = (*ModelParameters._fields, LAG_FIELD)
@@ -85,33 +83,23 @@ def plausible_range(field: str, voltage_limit: float) -> tuple[float, float]:
     return max(lower, -2.0 * width), 2.0 * width
 
 
-_EXPERIMENTS: Mapping[str, str] = {
-    "k_x": "Step the pitch by 10 degrees every 5 s for a minute; under a controller step and log its reference.",
-    "k_z": "Step the elevation by 10 degrees every 8 s for a minute; under a controller step and log its reference.",
-    "k_y": "Lean the pitch by 10 degrees for 5 s either way, six times, at a constant sum of the voltages.",
-    "a_th": "Step the pitch by 10 degrees every 5 s for a minute; under a controller step and log its reference.",
-    "a_e": "Hover at three heights 10 degrees apart for 20 s each.",
-}
-"""Experiments that determine a parameter."""
-
 _DIFFERENCE: Mapping[str, float] = {"dead_zone": 0.1, "input_delay": 0.01, "motor_lag": 0.01}
 """Finite differences [V], [s] of laws with corners in their coefficient: about a sample, or what logs resolve."""
 
 
 def _candidate(entry: Effect, lowest: float, settings: DiagnosisSettings) -> Candidate:
-    """Entry of the catalogue as the tracer sees it; the ground lies .02 rad below the ``lowest`` elevation [rad]."""
+    """Entry of the catalogue as the tracer sees it; the ground lies at the ``lowest`` elevation [rad] of the logs."""
     known = settings.horizontal is not None
     estimated = [s for s in entry.shapes if s.estimated or (s.field == HORIZONTAL and not known)]
     grids = {
-        s.field: (lowest - 0.02,) if s.start == "lowest elevation" else s.grid or (s.default,)
+        s.field: (lowest,) if s.start == "lowest elevation" else s.grid or (s.default,)
         for s in entry.shapes if s.start != STEP_TIMES and not (s.field == HORIZONTAL and known)
     }  # fmt: skip
     starts = tuple(dict(zip(grids, values, strict=True)) for values in product(*grids.values()))
     return Candidate(
         entry.field, entry.name, entry.axis, entry.unit, entry.lower, entry.upper, entry.family,
-        tuple(s.field for s in estimated), starts, entry.experiment,
-        next((s.field for s in entry.shapes if s.start == STEP_TIMES), ""), entry.certain, entry.drawn_against or "",
-        {shape.field: shape.name for shape in entry.shapes},
+        tuple(s.field for s in estimated), starts,
+        next((s.field for s in entry.shapes if s.start == STEP_TIMES), ""), entry.certain,
     )  # fmt: skip
 
 
@@ -140,9 +128,6 @@ class Rig:
     """Axes that a table may carry at their lowest angle."""
     positive_gains: ClassVar = GAINS[:2]
     """Gains that are positive on every rig that is wired as its model says."""
-    units: ClassVar[Mapping[str, str]] = {row.field: row.unit for row in BY_FIELD.values()}
-    experiments: ClassVar = _EXPERIMENTS
-    state: ClassVar = PlantState._fields
     tables: ClassVar = Tables
     filter = staticmethod(run_filter)
     still: ClassVar = ALONE
@@ -152,7 +137,6 @@ class Rig:
     readings = staticmethod(arm_readings)
     state_in_motion = staticmethod(state_in_motion)
     plant_accelerations = staticmethod(plant_accelerations)
-    partial_residual = staticmethod(partial_residual)
 
     @staticmethod
     def air(z: Array) -> Array:
@@ -204,11 +188,6 @@ class Rig:
     def linear(self, p: PlantParameters) -> tuple[tuple[float, float], ...]:
         """Return damping [1/s] and stiffness [1/s^2] of each axis, for the gains of its filter."""
         return (p.a_wx, p.a_th), (p.a_wz, p.a_e), (p.a_wy, 0.0)
-
-    def stable(self, p: PlantParameters) -> tuple[bool, ...]:
-        """Whether each axis is stable on its own, so that a free run of the plant has a meaning."""
-        stiffness = (p.a_th, p.a_e, p.cable_stiffness_travel)
-        return tuple(k > 0.0 and a > 0.0 for k, a in zip(stiffness, (p.a_wx, p.a_wz, p.a_wy), strict=True))
 
     def coordinate(self, field: str, start: PlantParameters) -> Coordinate:
         """Prior of a parameter; ``start`` has the signs of the gains."""

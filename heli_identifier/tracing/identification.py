@@ -5,7 +5,6 @@ The order of its steps stands in docs/explanation/tracing.md, "The algorithm".
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -15,35 +14,33 @@ from heli_identifier.chain import (
     FAULTS,
     ROTOR_TIMING,
     Defect,
+    References,
+    find_references,
     find_slips,
     inspect_logs,
     mark_events,
     undo_delays,
     undo_slips,
 )
-from heli_identifier.records import ANGLES, Event, Log, check_excitation, check_moving, read_logs
+from heli_identifier.records import ANGLES, DiagnosisSettings, Event, Log, check_excitation, check_moving, read_logs
 
-from .findings import catalogue_verdicts, estimates, found_effect, lag_effect, parameter_reports
-from .fit import Fit, covariance, fit, fit_log_spread
+from .fit import Fit, fit, fit_log_spread
 from .helicopter import LAG_FIELD, LAG_WIDTH, Rig, helicopter
 from .instruments import InstrumentEstimates, instruments
 from .likelihood import Likelihood
-from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, refuse_unlimited, sign_notes
+from .outlying_logs import align_zeros, refuse_mirrored, refuse_scaled, refuse_unlimited
 from .pushes import find_pushes
-from .references import References, find_references
 from .rig import Array, Candidate, average_blocks
-from .select import Finding, Selection, fit_delivered, select
-from .settings import KEPT, ROUNDS, SETTLING, TIMED, TIMED_OUTSIDE, UNKNOWN, DiagnosisSettings
+from .select import Selection, fit_delivered, select
+from .settings import ROUNDS, SETTLING, TIMED, TIMED_OUTSIDE, UNKNOWN
 from .stability import covariance_of_logs, halves_agree, leave_logs_out, weigh_possible
-from .statements import Agreement, CatalogueVerdict, FoundEffect, ParameterReport, Verdict
-from .unknown import search_unknown
+from .unknown import Unknown, search_unknown
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the share that is done."""
 
 FAULT_CANDIDATES = tuple(
-    Candidate(f.field, f.name, f.channel, f.unit, f.lower, f.upper, f.family, experiment=f.advice, fault=f)
-    for f in FAULTS
+    Candidate(f.field, f.name, f.channel, f.unit, f.lower, f.upper, f.family, fault=f) for f in FAULTS
 )
 """Faults of the log as the search sees them: they compete with the effects."""
 
@@ -57,7 +54,7 @@ class IdentifiedPlant:
     """logs, held_out: As they were used: late angles and slips undone, zeros aligned, with events that are left out."""
     selection: Selection
     """The search; its ``null`` is the fit of the simplified model."""
-    unknown: tuple[FoundEffect, ...]
+    unknown: tuple[Unknown, ...]
     """Torques that the catalogue cannot name."""
     defects: tuple[Defect, ...]
     """Defects that are seen in the logs without a model."""
@@ -73,54 +70,11 @@ class IdentifiedPlant:
     references: References
     instruments: InstrumentEstimates | None
     """None where nothing came from outside."""
-    parameters: Mapping[str, ParameterReport]
-    """By the plant's fields."""
     events: tuple[Event, ...]
     """Passages in which something other than the plant acts, left out or not."""
-    agreement: Agreement | None
-    """Of disjoint halves of the logs; None for a single log."""
+    agreement: tuple[float, float, int] | None
+    """What :func:`.stability.halves_agree` returns."""
     notes: tuple[str, ...]
-
-    @cached_property
-    def effects(self) -> tuple[tuple[FoundEffect, ...], tuple[FoundEffect, ...]]:
-        """The established effects and the possible ones, strongest first."""
-        after, C, findings = self.plant, self.covariance, self.selection.findings
-        chosen = {finding.effect.field for finding in findings}
-        mechanics = [  # in the plant as terms of rigid-body mechanics
-            Finding(effect, score := self.selection.scores[effect.field], 0.0, (), refit_score=min(score.score, KEPT))
-            for effect in after.likelihood.rig.candidates if effect.field in set(after.fields) - chosen
-        ]  # fmt: skip
-        named = [
-            found_effect(self._with_late_angles(finding), after, C, self.left_out_gains.get(finding.effect.field))
-            for finding in (*findings, *mechanics) if finding.effect.fault is None
-        ]  # fmt: skip
-        late = self.defects or after.likelihood.voltages_shifted
-        lag = None if late else lag_effect(self.selection, after, C)  # a lag and voltages that are late trade off
-        every = sorted((*named, *self.unknown, *((lag,) if lag else ())), key=lambda effect: -effect.score)
-        return (
-            tuple(effect for effect in every if effect.verdict is not Verdict.POSSIBLE),
-            tuple(effect for effect in every if effect.verdict is Verdict.POSSIBLE),
-        )
-
-    @cached_property
-    def catalogue(self) -> tuple[CatalogueVerdict, ...]:
-        """The verdict on every entry of the catalogue, those of the plant first."""
-        return catalogue_verdicts(self.selection, *self.effects)
-
-    def _with_late_angles(self, finding: Finding) -> Finding:
-        """Where a controller flew, add a late angle to the alternatives of a bending arm or a delay of the rotors.
-
-        The controller answers an angle before a late log shows it, so a law that reads the voltages predicts the log
-        and the likelihood does not decide between the two. Prompt answers exclude a late angle where they are seen, but
-        an encoder with backlash reads late in any case.
-        """
-        axes = {ARM_BENDING: ("elevation",), ROTOR_TIMING: ("pitch", "elevation")}.get((finding.effect.family,), ())
-        if not axes or not self.references.closed_loop or not finding.established:
-            return finding
-        undone = self.selection.fit.likelihood.faults
-        late = [e for e in FAULT_CANDIDATES if e.name == "late" and e.axis in axes and e.axis not in self.on_time]
-        late += [e for e in FAULT_CANDIDATES if e.name == "backlash" and e.axis in axes and e.fault in undone]
-        return replace(finding, alternatives=(*finding.alternatives, *late))
 
 
 @threadpool_limits.wrap(limits=1)  # sums over several threads differ in their last bits
@@ -153,7 +107,7 @@ def identify_plant(
     imitated = {family for defect in defects for family in defect.imitates}
     used, late, prompt = undo_delays(used)
     defects = (*defects, *late)
-    events = find_slips(used)
+    events, gaps = find_slips(used)
     used, slips = undo_slips(used, () if given.keep_events else events)
     used = used if given.keep_events else mark_events(used, events)
     rig = helicopter(used[:count], given)
@@ -190,19 +144,14 @@ def identify_plant(
     listed = mark_events(used, (*events, *pushes)) if given.keep_events else used
     return IdentifiedPlant(
         training, kept, selection, unknown, defects, prompt, plant, C, gains, references, outside,
-        parameter_reports(plant, C, outside), tuple(event for log in listed for event in log.events),
-        halves_agree(selection.form),
-        (*slips, *shifted, *sign_notes(estimates(selection.null, covariance(selection.null), rig.gains))),
+        tuple(event for log in listed for event in log.events), halves_agree(selection.form), (*gaps, *slips, *shifted),
     )  # fmt: skip
 
 
 def _fit_null(likelihood: Likelihood, voltage_limit: float) -> Fit:
-    """Fit the simplified model, and refuse logs that it shows to be read wrongly.
-
-    Air under a controller may turn a sign: of a negative gain both signs are tried.
-    """
+    """Fit the simplified model, and refuse logs that it shows to be read wrongly."""
     null = fit(likelihood, likelihood.rig.base)
-    for name in likelihood.rig.positive_gains:
+    for name in likelihood.rig.positive_gains:  # air under a controller may turn a sign
         value = likelihood.rig.read(null.parameters, name)
         if name in null.fields and value < 0.0:
             null = min(null, fit(likelihood, null.fields, null, {name: -value}), key=lambda fitted: fitted.value)
@@ -214,7 +163,7 @@ def _fit_null(likelihood: Likelihood, voltage_limit: float) -> Fit:
 
 def _search(
     null: Fit, candidates: Sequence[Candidate], defects: Sequence[Defect]
-) -> tuple[Selection, tuple[FoundEffect, ...]]:
+) -> tuple[Selection, tuple[Unknown, ...]]:
     """Search the catalogue beside the simplified model, and then search for torques that it cannot name."""
     selection = select(null, candidates)
     refuse_scaled(selection.fit, defects)
@@ -225,10 +174,7 @@ def _search(
 
 
 def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -> InstrumentEstimates | None:
-    """Estimate the parameters by instruments, with the voltages as logged; None where nothing came from outside.
-
-    They find the motors' lag as well, by its slope, so they are repeated at that lag until it does not change.
-    """
+    """Estimate the parameters by instruments, with the voltages as logged; None where nothing came from outside."""
     if not references.names:
         return None
     given, faults = plant.likelihood.rig, plant.likelihood.faults
@@ -239,7 +185,7 @@ def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -
     keep = [(r.weights > 0.0) | (r.time <= SETTLING)[:, None] for r in records]
     rates = [1.0 / r.step for r in records]
     lag = given.parameters.T_m
-    for _ in range(ROUNDS):
+    for _ in range(ROUNDS):  # they find the motors' lag by its slope
         rig = replace(given, parameters=given.parameters._replace(T_m=lag))
         found = instruments(*rig.regressions(records, plant.parameters), averaged, rates, keep)
         used, lag = lag, _lag_by_references(given, found, lag)
@@ -249,29 +195,20 @@ def _estimate_outside(plant: Fit, logs: Sequence[Log], references: References) -
 
 
 def _imitated_by_answers(selection: Selection, logs: Sequence[Log], references: References) -> list[str]:
-    """Delays of the rotors and bendings of the arm in a selection that may be a controller's answers to its encoders.
-
-    A controller's voltages follow the air and the counts of the encoders. A delay or a bending, beside a wrong gain,
-    fits that: with up to 20 nats where encoders do not shake, and with any score where only air moves the rig. So each
-    needs :data:`.settings.UNKNOWN` nats, and references have to time the rotors. The weakest goes first, because two
-    of them may hide each other.
-    """
+    """Delays of the rotors and bendings of the arm that may be the answers of a controller to its encoders."""
     timed = [f for f in selection.findings if (f.effect.family,) in (ARM_BENDING, ROTOR_TIMING)]
     if not timed or not references.closed_loop:
         return []
     shown = _axes_timed(selection.fit, logs, references)
     if hidden := [f.effect.field for f in timed if f.effect.axis not in shown]:
         return hidden
-    weakest = min(timed, key=lambda f: f.stated_score)
+    weakest = min(timed, key=lambda f: f.stated_score)  # two of them may hide each other
     return [weakest.effect.field] if weakest.stated_score < UNKNOWN else []
 
 
 def _axes_timed(plant: Fit, logs: Sequence[Log], references: References) -> set[str]:
-    """Return the axes on which references time the rotors, and the rotors if pitch or elevation is among them.
-
-    There are none if a delay takes the place of the motors' whole lag.
-    """
-    given = plant.likelihood.rig
+    """Return the axes on which references time the rotors, and the rotors if pitch or elevation is among them."""
+    given = plant.likelihood.rig  # below: nor may a delay take the place of the motors' whole lag
     if plant.at_bound[plant.names.index(LAG_FIELD)] or not (outside := _estimate_outside(plant, logs, references)):
         return set()
     lags = zip(given.axes, given.gains, _lags_by_references(given, outside), strict=True)

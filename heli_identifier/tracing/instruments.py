@@ -11,18 +11,14 @@ air into s, so least squares are biased. References b do not depend on the air:
 L is a Butterworth filter of third order at 20 rad/s: above the rig's motion, below where an encoder's counts rule p^2
 y. The Laguerre outputs remember up to 5 s, as a closed loop does. Everything runs at 25 Hz, and an AR(12) model of the
 residual whitens Y, Phi and Z, four times over. K is fitted on the *other* logs: fitted on the same log it would carry
-the air of that log into Z. A single log is cut into two halves, each with the K of the other less a gap of 2 s, several
-times the air's correlation time. There are as many Z as regressors whatever the number of references: with more
-references than needed this is two-stage least squares, with fewer Z'Phi becomes singular and the intervals say so.
-There a weak prior N(m, P) of the rig's parameters (a damping of elevation is seldom moved from outside) keeps the
-others determined:
+the air of that log into Z. A single log is cut into two halves with a gap of 2 s. With fewer references than needed
+Z'Phi becomes singular and the intervals say so. There a weak prior N(m, P) of the rig's parameters keeps the others
+determined (a damping of elevation is seldom moved from outside):
 
     theta = argmin  g' Omega^-1 g + (theta - m)' P^-1 (theta - m),   g = Z'(Y - Phi theta),   Omega = sum_b g_b g_b'
 
-which is the theta and the V above where P is infinite.
-
-Any plant is judged with the Omega of its residual's scores over B blocks (with the estimate's residual a true plant
-would be rejected in 14 of 100 sets at 5 %, with this one in 5, with less power if blocks are few),
+Any plant is judged with the Omega of its own residual's scores over B blocks (with that of the estimate a true plant
+would be rejected in 14 of 100 sets at 5 %),
 
     g = Z'(Y - L a_plant),  q = g' Omega^-1 g,  (B - k)/k  q/(B - q) ~ F(k, B - k), stated as chi2 of the same p value
 
@@ -33,25 +29,18 @@ Shea, Rev. Economics and Statistics 79 (1997) 348, for the share.
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
-from functools import cache
 from math import inf, nan
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import bilinear, butter, lfilter, resample_poly
 from scipy.special import chdtri, fdtrc, stdtrit
 
 from heli_identifier.errors import LogError
 
+from . import instrument_signals as iv
+from .instrument_signals import Rows
 from .rig import Array
-from .settings import BLOCK, SETTLING, SLOW_RATE
-
-Rows = Sequence[NDArray[Any]]
-
-AR_ORDER = 12
-"""Order of the whitening model, half a second: the correlation time of measured air."""
+from .settings import SLOW_RATE
 
 
 @dataclass(frozen=True)
@@ -118,7 +107,7 @@ class InstrumentEstimates:
         ``plant`` has for each log its accelerations (N, number of axes) [rad/s2] at the measured angles, rates and
         motor voltages, at the log's own rate.
         """
-        reduced = [differentiate(reduce_rate(a, rate), 0) for a, rate in zip(plant, self.rates, strict=True)]
+        reduced = [iv.differentiate(iv.reduce_rate(a, rate), 0) for a, rate in zip(plant, self.rates, strict=True)]
         moved = [(i, axis) for i, axis in enumerate(self.axes) if np.isfinite(axis.values).all()]
         chi2 = [_judge_axis(axis, [a[:, i : i + 1] for a in reduced]) for i, axis in moved]
         return sum(chi2), sum(len(axis.parameters) for _, axis in moved)
@@ -142,18 +131,18 @@ def instruments(
             raise LogError(f"log {index + 1}: its rate {rate:g} Hz must be at least {SLOW_RATE:g} Hz for instruments.")
 
     def reduce_all(every: Iterable[Array]) -> list[Array]:
-        return [reduce_rate(signal, rate) for signal, rate in zip(every, rates, strict=True)]
+        return [iv.reduce_rate(signal, rate) for signal, rate in zip(every, rates, strict=True)]
 
     inputs = reduce_all(signals)
-    hats = predict_signals(inputs, [laguerre_outputs(b) for b in reduce_all(references)])
+    hats = iv.predict_signals(inputs, [iv.laguerre_outputs(b) for b in reduce_all(references)])
     kept = [np.ones((len(s), len(regressions)), dtype=bool) for s in inputs]
     if keep is not None:
         kept = [share > 0.99 for share in reduce_all(part.astype(float) for part in keep)]
     axes = []
     for i, axis in enumerate(regressions):
-        blocks = number_blocks([counts[:, i] for counts in kept])
-        measured = [differentiate(y, 2) for y in reduce_all(axis.outputs)]
-        known = [differentiate(a, 0) for a in reduce_all(axis.known)] if axis.known else [0.0 * y for y in measured]
+        blocks = iv.number_blocks([counts[:, i] for counts in kept])
+        measured = [iv.differentiate(y, 2) for y in reduce_all(axis.outputs)]
+        known = [iv.differentiate(a, 0) for a in reduce_all(axis.known)] if axis.known else [0.0 * y for y in measured]
         phi, z = ([filter_terms(axis.terms, s) for s in source] for source in (inputs, hats))
         axes.append(_estimate_axis(axis, measured, known, phi, z, blocks))
     return InstrumentEstimates(tuple(axes), tuple(rates))
@@ -172,13 +161,13 @@ def _estimate_axis(
     response = [y - a for y, a in zip(measured, known, strict=True)]
     white, values = nothing.whitening, mean
     for turn in range(6):  # two turns from Z'Z to block scores, then four to let whitening and theta settle
-        (y, x, z), number = whitened_rows(white, blocks, response, phi, hats)
+        (y, x, z), number = iv.whitened_rows(white, blocks, response, phi, hats)
         size = np.linalg.norm(z, axis=0)
         if len(y) < 10 * k or size.max() < 1e-9 * np.linalg.norm(x):
             return nothing
         z = z / (size + 1e-300)
         cross = z.T @ x
-        scores = sum_blocks(z * (y - x @ values[:, None]), number)
+        scores = iv.sum_blocks(z * (y - x @ values[:, None]), number)
         count = len(scores)
         spread = scores.T @ scores * count / max(count - k, 1) if turn else z.T @ z * float(y.var())
         weighted = np.linalg.lstsq(spread, cross, rcond=1e-10)[0]
@@ -189,7 +178,7 @@ def _estimate_axis(
             return nothing
         covariance = np.linalg.inv(scaled) * np.outer(scale, scale)
         values = covariance @ (weighted.T @ (z.T @ y[:, 0]) + mean * std**-2.0)
-        white = whitening_filter([r[:, 0] - p @ values for r, p in zip(response, phi, strict=True)], blocks)
+        white = iv.whitening_filter([r[:, 0] - p @ values for r, p in zip(response, phi, strict=True)], blocks)
     widths = stdtrit(max(count - k, 1), 0.975) * np.sqrt(np.diag(covariance))
     return replace(nothing, values=values, half_widths=widths, shares=_shares(x, z), whitening=white)
 
@@ -198,8 +187,8 @@ def _judge_axis(axis: AxisInstruments, plant: Rows) -> float:
     """Hotelling's statistic of the block scores of a plant's residual, given as chi-squared."""
     k = len(axis.parameters)
     residuals = [y - a for y, a in zip(axis.accelerations, plant, strict=True)]
-    (e, z), number = whitened_rows(axis.whitening, axis.blocks, residuals, axis.instruments)
-    scores = sum_blocks(z / (np.linalg.norm(z, axis=0) + 1e-300) * e, number)
+    (e, z), number = iv.whitened_rows(axis.whitening, axis.blocks, residuals, axis.instruments)
+    scores = iv.sum_blocks(z / (np.linalg.norm(z, axis=0) + 1e-300) * e, number)
     count, total = len(scores), scores.sum(axis=0)
     q = float(total @ np.linalg.lstsq(scores.T @ scores, total, rcond=1e-10)[0])
     free = max(count - k, 1)
@@ -219,115 +208,6 @@ def _alone(x: Array, k: int) -> float:
     return float(np.sum((x[:, k] - others @ np.linalg.lstsq(others, x[:, k], rcond=1e-10)[0]) ** 2))
 
 
-def reduce_rate(signal: Array, rate: float) -> Array:
-    """Bring a signal (N,) or (N, n) to 25 Hz, shape (M, n), behind a zero-phase filter against aliasing."""
-    signal = np.reshape(signal, (len(signal), -1))
-    ratio = Fraction(SLOW_RATE / rate).limit_denominator(400)
-    if ratio == 1:
-        return np.asarray(signal, dtype=float)
-    return resample_poly(signal, ratio.numerator, ratio.denominator, axis=0, padtype="line")
-
-
-def differentiate(signal: Array, order: int) -> Array:
-    """L p^order of a signal, from rest at its first value."""
-    fine = resample_poly(signal - signal[:1], 8, 1, axis=0, padtype="line")
-    return lfilter(*_differentiator(order), fine, axis=0)[::8]
-
-
-@cache
-def _differentiator(order: int) -> tuple[Array, Array]:
-    """L p^order by the bilinear transform at 200 Hz.
-
-    At 25 Hz itself the transform's p^2 would be 12 % too large at the corner, and so would every gain.
-    """
-    numerator, denominator = butter(3, 20.0, analog=True)
-    return bilinear(np.r_[numerator, np.zeros(order)], denominator, 8 * SLOW_RATE)
-
-
 def filter_terms(terms: Sequence[Term], signals: Array) -> Array:
     """L p^order f(s) of every term, shape (N, k)."""
-    return np.column_stack([differentiate(np.asarray(term.of(signals)), term.order) for term in terms])
-
-
-def laguerre_outputs(references: Array) -> Array:
-    """Laguerre outputs of every reference, shape (N, 8 m): sqrt(2 a)/(p + a) ((p - a)/(p + a))^i."""
-    a = 3.0
-    outputs = [lfilter(*bilinear([np.sqrt(2.0 * a)], [1.0, a], SLOW_RATE), references - references[:1], axis=0)]
-    through = bilinear([1.0, -a], [1.0, a], SLOW_RATE)
-    for _ in range(7):
-        outputs.append(lfilter(*through, outputs[-1], axis=0))
-    return np.hstack(outputs)
-
-
-def predict_signals(signals: Sequence[Array], banks: Sequence[Array]) -> tuple[Array, ...]:
-    """s_hat of every log by the K of the others; of a single log's halves by the K of the other half."""
-    if len(signals) == 1:
-        n, gap = len(signals[0]) // 2, round(BLOCK * SLOW_RATE / 2.0)
-        ends = [(slice(0, n), slice(n + gap, None)), (slice(n, None), slice(0, max(n - gap, 0)))]
-        halves = [_predict(signals[0][near], banks[0][near], [signals[0][far]], [banks[0][far]]) for near, far in ends]
-        return (np.vstack(halves),)
-    others = [[j for j in range(len(signals)) if j != i] for i in range(len(signals))]
-    return tuple(
-        _predict(signals[i], banks[i], [signals[j] for j in far], [banks[j] for j in far])
-        for i, far in enumerate(others)
-    )
-
-
-def _predict(signals: Array, bank: Array, others: Sequence[Array], banks: Sequence[Array]) -> Array:
-    """Mean + (b - mean b) K, with a ridge of 1e-6 of the mean variance: Laguerre outputs of a short log are alike."""
-    x = np.vstack([b - b.mean(axis=0) for b in banks])
-    y = np.vstack([s - s.mean(axis=0) for s in others])
-    if x.shape[1] == 0 or not np.any(x):
-        return np.tile(signals.mean(axis=0), (len(signals), 1))
-    scale = np.linalg.norm(x, axis=0)
-    scale[scale == 0.0] = inf
-    x /= scale
-    gains = np.linalg.solve(x.T @ x + 1e-6 * np.eye(x.shape[1]), x.T @ y) / scale[:, None]
-    return signals.mean(axis=0) + (bank - bank.mean(axis=0)) @ gains
-
-
-def number_blocks(kept: Rows) -> tuple[Array, ...]:
-    """Return the number of the 4 s block of each sample; -1 at the start, where left out, and shortly after that."""
-    numbers, first, length = [], 0, round(BLOCK * SLOW_RATE)
-    for keep in kept:
-        number = first + np.arange(len(keep)) // length
-        left_out = np.convolve(~keep, np.ones(AR_ORDER + 12), "full")[: len(keep)] > 0
-        left_out[: round(SETTLING * SLOW_RATE)] = left_out[-AR_ORDER:] = True  # filters start at rest; resampling
-        first = int(number[-1]) + 1
-        numbers.append(np.where(left_out, -1, number))
-    return tuple(numbers)
-
-
-def whitened_rows(white: Array, blocks: Rows, *signals: Rows) -> tuple[list[Array], Array]:
-    """Whiten signals of each log, keep the samples that have a block, remove means by log; the block numbers."""
-    parts, ends = [], np.cumsum([rows[0].shape[1] for rows in signals])
-    for number, *columns in zip(blocks, *signals, strict=True):
-        keep = number >= 0
-        bank = lfilter(white, [1.0], np.column_stack(columns), axis=0)[keep]
-        parts.append(bank - bank.mean(axis=0) if keep.any() else bank)
-    return np.split(np.vstack(parts), ends[:-1], axis=1), np.concatenate(blocks)[np.concatenate(blocks) >= 0]
-
-
-def whitening_filter(residuals: Rows, blocks: Rows) -> Array:
-    """1 - a_1/z - ... of an AR(12) model by least squares over all logs, from samples whose past was kept.
-
-    White noise 20 dB below the residual is added to it: for a log without encoder noise, whitening would amplify the
-    errors of K at high frequencies, and a damping's interval would cover .6; with the added noise it covers .9.
-    """
-    products = np.zeros((AR_ORDER + 1, AR_ORDER + 1))
-    for e, number in zip(residuals, blocks, strict=True):
-        keep = number >= 0
-        e = np.where(keep, e - e[keep].mean() if keep.any() else 0.0, 0.0)
-        both = np.flatnonzero(keep[AR_ORDER:] & keep[:-AR_ORDER]) + AR_ORDER
-        rows = np.array([e[both - i] for i in range(AR_ORDER + 1)])
-        products += rows @ rows.T
-    normal = products[1:, 1:] + 1e-2 * products[0, 0] * np.eye(AR_ORDER)
-    return np.r_[1.0, -np.linalg.solve(normal, products[1:, 0])]
-
-
-def sum_blocks(rows: Array, number: Array) -> Array:
-    """Sum rows over blocks, shape (B, k); blocks with nothing in them left out."""
-    present, index = np.unique(number, return_inverse=True)
-    scores = np.zeros((len(present), rows.shape[1]))
-    np.add.at(scores, index, rows)
-    return scores
+    return np.column_stack([iv.differentiate(np.asarray(term.of(signals)), term.order) for term in terms])

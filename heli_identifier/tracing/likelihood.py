@@ -52,13 +52,12 @@ class Point:
 
 
 class Move(NamedTuple):
-    """One coordinate moved: the plant, the step, whether it acts on the reading alone, faults, torques."""
+    """One coordinate moved by a step: the plant, and the sizes of faults if it is one of them."""
 
-    parameters: Parameters
+    coordinate: Coordinate
     step: float
-    in_reading: bool
+    parameters: Parameters
     faults: Mapping[Fault, float] | None = None
-    torque: tuple[int, Array, Sequence[NDArray[np.intp]]] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,11 +171,6 @@ class Likelihood:
         """Return the priors' part of F [nats] at the coordinates ``x`` (P,) of ``point``."""
         return float(0.5 * (x @ x + (point.z**2).sum() + ((point.per_log / self.tau) ** 2).sum()))
 
-    @property
-    def voltages_shifted(self) -> bool:
-        """Whether a delay of the logged voltages is undone: the lag of the motors trades off against it."""
-        return any(fault.channel == "voltages" for fault in self.faults)
-
     def undo_faults(self, faults: Mapping[Fault, float]) -> "Likelihood":
         """Return the likelihood of the logs with faults undone."""
         logged = self.logged or self.records
@@ -186,16 +180,14 @@ class Likelihood:
 
     def move(self, point: Point, coordinate: Coordinate, x: float) -> Move:
         """Move one coordinate by its finite difference."""
-        step = coordinate.step
+        step = coordinate.step if x + coordinate.step <= coordinate.bounds[1] else -coordinate.step
         if coordinate.torque is not None:
-            return Move(point.parameters, step, False, torque=coordinate.torque)
-        if x + step > coordinate.bounds[1]:
-            step = -step
+            return Move(coordinate, step, point.parameters)
         if coordinate.fault is not None:
             faults = {**self.faults, coordinate.fault: coordinate.value(x + step)}
-            return Move(point.parameters, step, False, faults)
+            return Move(coordinate, step, point.parameters, faults)
         values = {**coordinate.companions, **coordinate.assigned(x + step)}
-        return Move(self.rig.assign(point.parameters, values), step, coordinate.in_reading)
+        return Move(coordinate, step, self.rig.assign(point.parameters, values))
 
     def plant_of_log(self, i: int, point: Point, parameters: Parameters) -> Parameters:
         """Return the plant with the gains of log ``i``."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.signal import cont2discrete, lfilter
 
 from heli_identifier.chain import local_cubic, smooth_motion
-from heli_plant.effects import AXES, CATALOGUE, THRUST, VOLTAGE
+from heli_plant.effects import CATALOGUE, THRUST, VOLTAGE
 from heli_plant.laws import bending_acceleration, input_delay, motor_input, motor_time_constant, thrust_voltage
 from heli_plant.motor import decay_factor
 from heli_plant.parameters import PlantParameters
@@ -23,7 +23,7 @@ from heli_plant.state import PlantState, start_state
 from heli_plant.tabulated_torque import KNOTS, VARIABLES, tabulated_torque
 
 from .instruments import Term
-from .rig import Array, Candidate, Record, means
+from .rig import Array, Record, means
 from .settings import MOTION_WINDOW, TIMED, WINDOW
 
 DAMPING = (0.1, 0.1)
@@ -199,49 +199,9 @@ def estimate_equations(records: Sequence[Record], p: PlantParameters) -> dict[st
     return values
 
 
-def smooth_acceleration(accelerations: Array, h: float) -> Array:
-    """Smooth accelerations (N,) as the second derivative of a local cubic smooths those of the angle."""
-    angle = h * h * np.cumsum(np.cumsum(accelerations))
-    return local_cubic(np.concatenate(([0.0], angle[:-1])), h, WINDOW, 2)
-
-
-def drawn_variable(
-    record: Record, kind: str, axis: int, motion: Array, parameters: PlantParameters
-) -> tuple[str, str, Array]:
-    """Name, unit and values of a variable that effects are drawn over."""
-    if kind.startswith("mu_"):
-        nu = lag_voltages(record.inputs, record.step, parameters)
-        total = nu[:, 0] - nu[:, 1] if kind == "mu_diff" else nu.sum(1)
-        return (kind, "V/s", np.gradient(total, record.step)) if kind == "mu_rate" else (kind, "V", total)
-    if kind == "time":
-        return "time", "s", record.time
-    this, other = (f"{AXES[i]}_rate" for i in (axis, (1, 0, 1)[axis]))
-    name, _, rate = {"rate": this, "other_rate": other}.get(kind, kind).partition("_")
-    column = motion[:, AXES.index(name) + (3 if rate else 0)]
-    return (f"{name} rate", "rad/s", column) if rate else (name, "rad", column)
-
-
 def plant_accelerations(record: Record, *plants: PlantParameters, window: float = MOTION_WINDOW) -> Array:
     """Accelerations (m, N, 3) [rad/s^2] of plants along the measured motion, smoothed over ``window`` [s]."""
     motion = smooth_motion(record.angles, record.step, window)
     out = np.moveaxis(run_accelerations(record, plants, motion)[0], 0, 2).copy()
     out[:, 1:] = 0.5 * (out[:, 1:] + out[:, :-1])  # from the middles of the steps to their ends
     return out
-
-
-def partial_residual(
-    record: Record, parameters: PlantParameters, bare: PlantParameters, effect: Candidate
-) -> tuple[str, str, str, Array, Array, Array]:
-    """Return the points of an effect's curve; an effect of the rotors is drawn on the elevation.
-
-    Returned are axis, variable, its unit and its values, the measured acceleration minus that of ``bare``, the
-    plant without the effect, and the acceleration by the effect, both smoothed.
-    """
-    axis, h = AXES.index("elevation" if effect.axis not in AXES else effect.axis), record.step
-    both = plant_accelerations(record, parameters, bare, window=WINDOW)
-    whole, without = (smooth_acceleration(of_plant[:, axis], h) for of_plant in both)
-    inner = slice(round(1.0 / h), -round(1.0 / h))
-    y = local_cubic(record.angles[:, axis], h, WINDOW, 2) - without
-    motion = smooth_motion(record.angles, h, WINDOW)
-    variable, unit, x = drawn_variable(record, effect.drawn_against, axis, motion, parameters)
-    return AXES[axis], variable, unit, x[inner], y[inner], (whole - without)[inner]

@@ -67,12 +67,6 @@ class AxisFilter:
         """One step of the filter's error."""
         return np.asarray(self.A - np.outer(self.A @ self.K, C))
 
-    def encoder_error(self, count: int, random: np.random.Generator) -> Array:
-        """Draw the encoder's error over r, shape (count,), stationary from its first sample."""
-        decay, w = self.A[4, 4], random.standard_normal((count, 2)) * np.sqrt((COLOURED, 1.0 - COLOURED))
-        w[1:, 0] *= np.sqrt(1.0 - decay * decay)
-        return np.asarray(lfilter([1.0], [1.0, -decay], w[:, 0]) + w[:, 1])
-
 
 C = np.array([1.0, 0.0, 0.0, 0.0, 1.0])
 """The encoder measures the sum of angle and error."""

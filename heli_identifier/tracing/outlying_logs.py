@@ -1,26 +1,18 @@
-"""Logs that do not fit the others: zeroed elsewhere, wired differently, or of another rig; and impossible signs.
+"""Logs that do not fit the others: zeroed elsewhere, wired differently, or of another rig.
 
-**Zeros.** The encoder counts from the position of the arm when the rig was switched on: on the table, or held by hand.
-A log that reads z less than the others has the voltages of another height:
+A log whose elevation reads z less than that of the others has the voltages of another height:
 
     eps'' = -a_e (eps + z) - a_1 + ...,    z_l = -(b_l - median over l of b_l) / a_e.
 
 Up to three standard deviations of b_l a zero is an offset of its log, which every fit estimates. Beyond that the plant
-with its effects decides, fitted to the logs that agree. An arm that was balanced differently has other voltages as
-well; sines of the elevation tell the two apart, and a log is not shifted if that makes it less likely.
-
-**Other readings.** A log that gets likelier by more than :data:`.settings.UNKNOWN` nats when it is read otherwise was
-read wrongly: with the sign of an axis changed or the rotors swapped it was another one's mirror image, with an angle
-divided it was in another unit, with voltages held to the amplifiers' limit it has the commands ahead of that. Offsets
-and noise of the log are free.
-
-**Signs.** A larger v_f - v_r raises the pitch, k_x > 0; a larger v_f + v_r raises the elevation, k_z > 0 (Table 2). The
-sign of k_y is a convention, the sense of the travel.
+with its effects decides, fitted to the logs that agree. A log that gets likelier by more than
+:data:`.settings.UNKNOWN` nats when it is read otherwise was read wrongly. docs/explanation/tracing.md says more of
+both under "Logs that differ".
 
 Source: Iglewicz and Hoaglin 1993 (outliers by the median absolute deviation).
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -30,7 +22,6 @@ from scipy.signal import lfilter
 
 from heli_identifier.chain import Defect
 from heli_identifier.errors import LogError
-from heli_identifier.online import Estimate
 from heli_identifier.records import Log
 
 from .fit import Fit, fit, known_fit
@@ -58,7 +49,7 @@ def align_zeros(fitted: Fit, logs: Sequence[Log]) -> tuple[Fit, tuple[Log, ...],
         amount = f"{abs(zeros[i]):.2f} rad {'less' if zeros[i] > 0.0 else 'more'}"
         read = f"{logs[i].name}: its elevation reads {amount} than that of the other logs at like voltages, as if"
         shifted = _reread(records[i], likelihood.rig, angles=records[i].angles + z)
-        if _misfit(judge, records[i])[0] < _misfit(judge, shifted)[0] - KEPT:
+        if misfit(judge, records[i])[0] < misfit(judge, shifted)[0] - KEPT:
             notes.append(f"{read} the arm had been balanced otherwise; its gains may differ as well")
             zeros[i] = 0.0
         else:
@@ -74,13 +65,13 @@ def _find_zeros(fitted: Fit, records: Sequence[Record]) -> tuple[Array, Fit]:
     """Angles (L,) [rad] by which each elevation reads less than the others, or zero; and the fit that says so."""
     count = len(fitted.point.per_log)
     zeros, least = _zeros_under(fitted, records)
-    if not (apart := _lie_apart(zeros, least)).any():
+    if not (apart := lie_apart(zeros, least)).any():
         return np.zeros(len(records)), fitted
     others = np.flatnonzero(~apart[:count])
     if len(others) < count:
         fitted = _fit_some(fitted, others)
         zeros, least = _zeros_under(fitted, records)
-    return np.where(apart & _lie_apart(zeros, least), zeros, 0.0), fitted
+    return np.where(apart & lie_apart(zeros, least), zeros, 0.0), fitted
 
 
 def _zeros_under(fitted: Fit, records: Sequence[Record]) -> tuple[Array, float]:
@@ -110,7 +101,7 @@ def refuse_mirrored(null: Fit) -> None:
     one = replace(likelihood, records=(max(likelihood.records, key=lambda record: record.weights.sum()),))
     start = one.neutral_point(rig.estimate(one.records), null.point.z)
     alone = fit(one, names, known_fit(one, names, start, null.sigma))
-    better = {record.name: _mirrored(alone, record, _misfit(alone, record)[0]) for record in likelihood.records}
+    better = {record.name: mirrored(alone, record, misfit(alone, record)[0]) for record in likelihood.records}
     mended = {name: mirror for name, mirror in better.items() if mirror}
     if not 0 < len(mended) < len(likelihood.records):
         return
@@ -162,7 +153,7 @@ def refuse_scaled(fitted: Fit, defects: Sequence[Defect]) -> None:
             )
 
 
-def _lie_apart(values: Array, least: float) -> NDArray[np.bool_]:
+def lie_apart(values: Array, least: float) -> NDArray[np.bool_]:
     """Which of the logs' values (L, ...) lie apart from those of the others, by more than ``least``."""
     apart = np.abs(values - np.median(values, axis=0))
     return np.asarray(apart > np.maximum(least, OUTLIER * np.median(apart, axis=0) / 0.6745), dtype=bool)
@@ -188,38 +179,7 @@ def log_offsets(fitted: Fit, record: Record) -> tuple[Array, Array]:
     return b, rest
 
 
-def outlying_log_notes(fitted: Fit, logs: Sequence[Log]) -> tuple[str, ...]:
-    """Name the logs that do not belong to the others: mirror images, logs that fit far worse or have other gains."""
-    rig, reasons = fitted.likelihood.rig, list[tuple[str, str]]()
-    records = [record_of(log, rig) for log in logs]
-    as_read = [_misfit(fitted, record) for record in records]
-    scales = np.array([np.nanmedian(sigma / fitted.sigma) for _, sigma in as_read])
-    for log, record, (F, _), scale in zip(logs, records, as_read, scales, strict=True):
-        alike = [other.rate_hz == log.rate_hz for other in logs]  # an average over 10 ms has less noise
-        usual = float(np.median(scales[alike]))
-        if mirror := _mirrored(fitted, record, F):
-            reasons.append((log.name, f"it fits with {mirror[0]}"))
-        elif scale > 2.5 * usual:  # the air of one room hardly makes a ratio of two
-            reasons.append((log.name, f"its innovations are {scale / usual:.1f} times theirs"))
-    return tuple(
-        f"the log {name} does not belong to the others: {why}. Correct it in heli.toml or leave it out, and run this "
-        "again"
-        for name, why in (*reasons, *_other_gains(fitted))
-    )
-
-
-def _other_gains(fitted: Fit) -> Iterator[tuple[str, str]]:
-    """Name the training logs whose gains, all of them or one, lie apart from those of the others."""
-    axes, records = fitted.likelihood.rig.axes, fitted.likelihood.records
-    gains = fitted.point.per_log[:, 3 * len(axes) : 4 * len(axes)]
-    outlying = _lie_apart(gains, OUTLIER * PER_LOG[3]) & (len(records) > 2)  # of two neither is the other one
-    for record, offset, apart in zip(records, gains - np.median(gains, axis=0), outlying, strict=True):
-        if apart.any():
-            said = ", ".join(f"{100.0 * np.expm1(offset[i]):+.0f} % on the {axes[i]}" for i in np.flatnonzero(apart))
-            yield record.name, f"its gains differ from theirs by {said}, as those of another rig or another supply"
-
-
-def _misfit(fitted: Fit, record: Record) -> tuple[float, Array]:
+def misfit(fitted: Fit, record: Record) -> tuple[float, Array]:
     """Data's part of F [nats] of one log with free offsets and scales, and these scales (a,) [rad].
 
     The filter may diverge on a mirror image: F is infinite then.
@@ -230,9 +190,9 @@ def _misfit(fitted: Fit, record: Record) -> tuple[float, Array]:
     return total if np.isfinite(total) else np.inf, np.where(record.weights.any(0), sigma, np.nan)
 
 
-def _mirrored(fitted: Fit, record: Record, as_read: float) -> tuple[str, Record] | None:
+def mirrored(fitted: Fit, record: Record, as_read: float) -> tuple[str, Record] | None:
     """Name and correct the mistake without which a log fits far better than ``as_read`` [nats]; None without one."""
-    mended = [(_misfit(fitted, other)[0], what, other) for what, other in _mirrors(fitted.likelihood.rig, record)]
+    mended = [(misfit(fitted, other)[0], what, other) for what, other in _mirrors(fitted.likelihood.rig, record)]
     least, what, other = min(mended, key=lambda candidate: candidate[0])
     return (what, other) if as_read - least > UNKNOWN else None
 
@@ -251,21 +211,3 @@ def _reread(record: Record, rig: Rig, **changed: Any) -> Record:
     """Return a record with other angles or inputs, and with the initial state that they imply."""
     other = replace(record, **changed)
     return replace(other, start=rig.initial_state(other.angles, other.inputs, other.step))
-
-
-WIRED = {
-    "k_x": "the pitch counts the other way or front and rear are exchanged: set pitch = -1 under [log.signs], or "
-    "swap_rotors = true under [log],",
-    "k_z": "the elevation counts the other way: set elevation = -1 under [log.signs]",
-}
-"""By gain that is positive on every rig (Table 2): why it comes out negative, and what mends it."""
-
-
-def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:
-    """Warn of gains, by the paper's symbols, that are significantly negative, and say what mends them."""
-    return tuple(
-        f"WRONG SIGN: {name} = {gain.value:.3g} {gain.unit} is negative, so {cause} of heli.toml (`heli init` writes "
-        "one), or take the entry away if it stands there already, and run it again: do not trust this result"
-        for name, cause in WIRED.items()
-        if (gain := estimates[name]).value < -OUTLIER * (gain.standard_error or 0.0)
-    )

@@ -83,10 +83,7 @@ def _errors_beside(fitted: Fit, records: Sequence[Record]) -> list[Array]:
 def _search_axis(
     fitted: Fit, axis: int, known: Sequence[tuple[Record, Array]]
 ) -> list[tuple[float, float, float, float]]:
-    """Find the largest further push of every log on one axis: its S, start and end [s], size [rad/s^2].
-
-    ``known`` are the records, marked with the events that are known, and the innovations of a filter that knows them.
-    """
+    """Find the largest push of every log on an axis beside the ``known`` ones: S, start, end [s], size [rad/s^2]."""
     logs = [_Pulses.of(fitted, record, e[:, axis], axis) for record, e in known]
     found = [(0.0, 0.0, 0.0, 0.0)] * len(logs)
     for w, width in enumerate(WIDTHS):
@@ -146,12 +143,10 @@ class _Pulses:
 
 
 def _dispersion(u: Array, rate: Array) -> tuple[float, float]:
-    """Return phi_0 and tau^2 of the pulses of one width in all logs: their u/sqrt(I) (m,) and v' (m,) [V/s].
-
-    A tenth of the samples may lie in pushes; tau is that of the tenth with the fastest voltages.
-    """
+    """Return phi_0 and tau^2 of the pulses of one width in all logs: their u/sqrt(I) (m,) and v' (m,) [V/s]."""
     if not len(u):
         return 1.0, 0.0
+    # a tenth of the samples may lie in pushes
     least = max(1.0, float(np.quantile(u**2, 0.9)) / ndtri(0.95) ** 2)
     fastest = (rate >= np.quantile(rate, 0.9)) & (rate > 0.0)
     if not fastest.any():

@@ -16,9 +16,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_opening, maximum_filter1d, minimum_filter1d
 
-from heli_identifier.chain import Fault, is_counted, passages_left_out
+from heli_identifier.chain import Fault, axes_that_move, is_counted, moves_freely, passages_left_out
 from heli_identifier.records import Array as Array
 from heli_identifier.records import Event, Log
 
@@ -28,12 +27,9 @@ from .settings import (
     DIFFERENCE,
     ESTABLISHED,
     FARTHEST,
-    MOVING,
     RECORD_STEP,
     REFITTED,
-    SETTLING,
     SLOW_RATE,
-    STILL,
     UNKNOWN,
 )
 
@@ -137,18 +133,12 @@ class Candidate:
     """Further parameters of its law that are estimated with the coefficient."""
     starts: tuple[Mapping[str, float], ...] = ({},)
     """Values of the shapes that the search starts from, by field."""
-    experiment: str = ""
-    """What to measure to see it."""
     steps_in_time: str = ""
     """Shape that is the instant of a step; empty if there is none."""
     certain: bool = False
     """Whether every rig has it, as a term of rigid-body mechanics with a coefficient of 1."""
-    drawn_against: str = ""
-    """Variable that its curve is drawn over; empty if it acts through no torque."""
-    shape_names: Mapping[str, str] = dataclasses.field(default_factory=dict)
-    """What the shapes are called in results, by field."""
     fault: Fault | None = None
-    """Of a fault of the log, which competes with the effects and never becomes part of the plant."""
+    """Of a fault of the log, which competes with the effects and is no part of the fitted plant."""
 
     @property
     def shown_from(self) -> float:
@@ -233,15 +223,6 @@ class Record:
         time, inputs, angles, weights = (every[:n] for every in (self.time, self.inputs, self.angles, self.weights))
         return replace(self, time=time, inputs=inputs, angles=angles, weights=weights, pushes=pushes)
 
-    @property
-    def clear(self) -> list[tuple[int, int]]:
-        """Passages of the record, in samples, outside of what is left out."""
-        clear = np.ones(self.samples, dtype=bool)
-        for start, end in self.left_out:
-            clear[(self.time >= start) & (self.time <= end)] = False
-        edges = np.flatnonzero(np.diff(np.concatenate(([False], clear, [False])))).tolist()
-        return list(zip(edges[::2], edges[1::2], strict=True))
-
     @cached_property
     def slower(self) -> "Record":
         """The record at the rate of sensitivities to torques, its inputs averaged."""
@@ -272,39 +253,23 @@ def average_blocks(log: Log, held: Array) -> Array:
 def record_of(log: Log, rig: Any, settled: bool = False) -> Record:
     """Prepare a log; its events, and its start if the filter is not ``settled`` there, do not count.
 
-    Nor does an axis that stays within :data:`.settings.STILL` counts for .5 s: it rests or sticks. Where it stays near
-    its lowest angle for .5 s a table may carry it, which no plant has: the filter settles after that as after a push.
+    Nor does an axis that does not move freely.
     """
     n, voltages = block_samples(log), average_blocks(log, log.voltages)
     step, count = n / log.rate_hz, len(voltages)
     read = np.unique(np.linspace(0, n - 1, 4).round().astype(int))
     angles = log.angles if n == 1 else log.angles[: count * n].reshape(count, n, -1)[:, read].mean(1)
-    time = np.arange(count, dtype=np.float64) * step
-    moves, begun = spans(angles, step) > STILL * rig.resolution, rig.initial_state(angles, voltages, step)
-    for axis in rig.carried:
-        height = angles[:, axis] - angles[:, axis].min()
-        low = height <= max(STILL * rig.resolution[axis], 0.03 * height.max())  # a table gives way
-        lies, past = binary_opening(low, np.ones(round(0.5 / step))), round(SETTLING / step)
-        moves[:, axis] &= ~maximum_filter1d(lies, past + 1, origin=past // 2, mode="constant")
     inputs, angles = np.ascontiguousarray(voltages), np.ascontiguousarray(angles)
-    return Record(log.name, step, time, inputs, angles, moves.astype(float), begun).mark(log.events, rig.axes, settled)
-
-
-def spans(angles: Array, step: float) -> Array:
-    """Return by how much [rad] angles (N, a) move within .5 s around each sample."""
-    width = round(0.5 / step) | 1
-    return np.asarray(maximum_filter1d(angles, width, axis=0) - minimum_filter1d(angles, width, axis=0))
+    time, begun = np.arange(count, dtype=np.float64) * step, rig.initial_state(angles, voltages, step)
+    moves = moves_freely(angles, step, rig.resolution, rig.carried).astype(float)
+    return Record(log.name, step, time, inputs, angles, moves, begun).mark(log.events, rig.axes, settled)
 
 
 def records_of(logs: Sequence[Log], rig: Any, settled: bool = False) -> tuple[Record, ...]:
-    """Prepare the logs of a rig; an axis that hardly moves counts nowhere, it is left to its priors.
-
-    It moves if it passes more than :data:`.settings.MOVING` counts of its encoder within .5 s in a twentieth of the
-    flight.
-    """
-    records = [record_of(log, rig, settled) for log in logs]
-    moved = np.vstack([spans(record.angles, record.step)[record.time > SETTLING] for record in records])
+    """Prepare the logs of a rig; an axis that hardly moves in them counts nowhere, it is left to its priors."""
+    records = tuple(record_of(log, rig, settled) for log in logs)
+    moves = axes_that_move([(record.angles, record.step) for record in records], rig.resolution)
     for record in records:
-        record.weights[:, np.quantile(moved, 0.95, axis=0) <= MOVING * rig.resolution] = 0.0
+        record.weights[:, ~moves] = 0.0
         record.weights.flags.writeable = False
-    return tuple(records)
+    return records

@@ -2,10 +2,9 @@
 
 An effect enters the model at a score of :data:`.settings.KEPT` nats, the largest first, and leaves it below; when the
 set no longer changes, the model is refitted and the catalogue is scored again around that fit, until the set does not
-change there either. An effect that has left does not enter again. If the data do not tell laws of one family apart, the
-one with the fewest shapes is taken. An effect that scores :data:`.settings.ESTABLISHED` is established, if a refit
-without it loses as much: for a law with corners, such as a dead zone, the quadratic form predicts five times the loss
-of the refit. Effects of one family are one finding, and its score is the loss of the likelihood without all of them.
+change there either. An effect that scores :data:`.settings.ESTABLISHED` is established, if a refit without it loses as
+much: for a law with corners, such as a dead zone, the quadratic form predicts five times the loss of the refit. Effects
+of one family are one finding, and its score is the loss of the likelihood without all of them.
 """
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -14,11 +13,13 @@ from functools import cache, cached_property
 
 import numpy as np
 
+from heli_identifier.chain import STILL
+
 from .fit import Fit, fit
 from .likelihood import Point
 from .rig import Candidate
 from .score import Score, Scores
-from .settings import CATALOGUE_WIDTHS, KEPT, REFITTED, ROUGHLY, SMOOTH_NATS, STILL, TIMED, UNKNOWN
+from .settings import CATALOGUE_WIDTHS, KEPT, REFITTED, ROUGHLY, SMOOTH_NATS, TIMED, UNKNOWN
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +92,8 @@ def select(null: Fit, candidates: Sequence[Candidate], start: Fit | None = None)
             barred.add(finding.effect.field)
             chosen = [name for name in selected if name != finding.effect.field]
         fitted = _fit_entered(form, chosen)
+        if not np.isfinite(fitted.value):  # the plant diverges with these
+            fitted, barred = null, {*barred, *chosen}
     findings.sort(key=lambda f: -f.stated_score)
     return Selection(null, form.fitted, tuple(findings), form.scores(form.selected), form)
 
@@ -106,11 +109,8 @@ def _is_needless(form: Scores, finding: Finding) -> bool:
 
 
 def _fit_entered(form: Scores, chosen: Sequence[str]) -> Fit:
-    """Fit a set with new effects, from their best shapes.
-
-    If a fault of the log has the highest score it enters alone, otherwise the effects enter without faults; the rest is
-    scored again beside the fit. An effect that is missing looks like faults of the log, and the other way round.
-    """
+    """Fit a set with new effects, from their best shapes; or with a fault of the log alone, if it scores highest."""
+    # an effect that is missing looks like faults of the log, and the other way round
     new = [name for name in chosen if name not in form.selected]
     faults = [name for name in new if form.effects[name].fault is not None]
     new = faults[:1] if new and new[0] in faults else [name for name in new if name not in faults]
@@ -181,11 +181,7 @@ def _add_mechanics(fitted: Fit, kept: Sequence[str]) -> Fit:
 
 
 def _weigh_effects(form: Scores, null: Fit) -> Iterator[Finding]:
-    """Weigh the effects of the set, weakest first, by refits without each family.
-
-    With the effect and without it, the plant has rigid-body mechanics if it is likelier with them: as long as the
-    gravity of a heavy arm is left out, another law that bends the elevation takes its place.
-    """
+    """Weigh the effects of the set, weakest first, by refits without each family."""
     selected, fitted, rig = tuple(form.selected), form.fitted, null.likelihood.rig
     effects, values = list(form.effects.values()), {name: null.estimate(name) for name in null.fields}
     bare = replace(null.point, parameters=rig.assign(fitted.parameters, values), harmonics=fitted.point.harmonics)
@@ -194,7 +190,7 @@ def _weigh_effects(form: Scores, null: Fit) -> Iterator[Finding]:
     def plain(kept: tuple[str, ...]) -> Fit:
         return fitted if kept == selected else refit(fitted, effects, kept, value_only=True, other=bare)
 
-    @cache
+    @cache  # where the gravity of a heavy arm is left out, another law that bends the elevation takes its place
     def least(kept: tuple[str, ...], mechanics: bool) -> float:
         if not mechanics or _lack_mechanics(form, kept):
             return plain(kept).value

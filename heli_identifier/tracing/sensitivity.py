@@ -26,15 +26,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from .likelihood import Likelihood, Point, undo_in_record
-from .noise import (
-    SHAPES,
-    AxisFilter,
-    error_dynamics,
-    filters,
-    reading_dynamics,
-    slopes_of_colour,
-    start_memory,
-)
+from .noise import SHAPES, AxisFilter, error_dynamics, filters, reading_dynamics, slopes_of_colour, start_memory
 from .rig import Array, Coordinate, Parameters, means
 from .settings import DIFFERENCE, OUTLIER, PER_LOG
 
@@ -162,7 +154,7 @@ class Sensitivities:
         L, point, moves, rig = self.likelihood, self.point, self.moves, self.likelihood.rig
         record, a, P, held = L.records[i], len(rig.axes), len(moves), L.records[i].held
         axes = L.filters(record, point)
-        of_plant = [j for j, m in enumerate(moves) if not m.in_reading and m.faults is None and m.torque is None]
+        of_plant = [j for j, (c, *_) in enumerate(moves) if not (c.in_reading or c.fault or c.torque)]
         plants = [L.plant_of_log(i, point, p) for p in (point.parameters, *(moves[j].parameters for j in of_plant))]
         widths = np.array([move.step for move in moves])[:, None]
         sampled = self._at_every_sample(i, e, motion, plants[0])
@@ -189,8 +181,8 @@ class Sensitivities:
             for j, (push_axis, course) in enumerate(pushes):
                 torques[push_axis, first_push + j] = course[blocks]
             for j, move in enumerate(moves):
-                if move.torque is not None:
-                    torque_axis, values, which = move.torque
+                if move.coordinate.torque is not None:
+                    torque_axis, values, which = move.coordinate.torque
                     torques[torque_axis, j] = values[which[i][blocks]]
             fast, slow = [], []
             for k, axis in enumerate(axes):
@@ -219,7 +211,7 @@ class Sensitivities:
                 numbers[k].append(j)
                 changes[k].append(lfilter(*dynamics(axes[k]), change[:, k] / moves[j].step)[None])
 
-        if bending := [j for j, move in enumerate(moves) if move.in_reading]:
+        if bending := [j for j, move in enumerate(moves) if move.coordinate.in_reading]:
             plants = [self.point.parameters, *(moves[j].parameters for j in bending)]
             here = next(readings := L.rig.readings(record, plants))
             for j, moved in zip(bending, readings, strict=True):
@@ -244,15 +236,12 @@ class Sensitivities:
         return slopes
 
     def _other_filters(self, h: float) -> list[dict[int, tuple[AxisFilter, float]]]:
-        """Return by axis and number of a coordinate the filter with that coordinate moved, and how far it was moved.
-
-        Parameters of the air move the filters, and so do damping and stiffness of the plant.
-        """
+        """Return by axis and number of a coordinate that moves its filter the filter then, and how far it was moved."""
         rig, point, moves = self.likelihood.rig, self.point, self.moves
         a, linear, air = len(rig.axes), rig.linear(point.parameters), rig.air(point.z)
         changed = [
             (i, j, pair, air[:, i], move.step)
-            for j, move in enumerate(moves) if not move.in_reading
+            for j, move in enumerate(moves) if not move.coordinate.in_reading
             for i, pair in enumerate(rig.linear(move.parameters)) if pair != linear[i]
         ]  # fmt: skip
         moved = rig.air(np.tile(point.z, SHAPES) + DIFFERENCE * np.repeat(np.eye(SHAPES), a, axis=1))

@@ -1,14 +1,11 @@
-"""Constants of the tracer with their reasons, and what is given of one rig. Numbers of one formula stand beside it."""
+"""Constants of the tracer with their reasons. Numbers of one formula stand beside it."""
 
-from dataclasses import dataclass, fields
 from itertools import product
 from math import log
 
 import numpy as np
 
 from heli_identifier.chain import SETTLING as SETTLING
-from heli_identifier.errors import require_positive
-from heli_identifier.records import GivenRig, RigConfiguration
 
 # --- the noise of the likelihood (noise.py) ---
 
@@ -41,28 +38,19 @@ belt: 1.5 to 6 % on measured rigs); the zero of its encoders [rad], as a rig tha
 within half a degree."""
 
 FORCE = 10.0 * PER_LOG[0]
-"""Standard deviation [rad/s^2], before any log is seen, of a torque from outside the rig: of a hand, or a periodic
-one."""
+"""The same [rad/s^2] of a torque from outside the rig: of a hand, or a periodic one."""
 
 PER_LOG_PRIOR = (2.0, 0.007, 0.007, 0.002)
 """Prior of the spread from log to log: degrees of freedom, and sizes for torques [rad/s^2], gains and zeros [rad]. A
-good supply repeats itself to half of the least spread on measured rigs, an encoder that stays switched on to a
-count."""
+good supply repeats itself to half of the least spread on measured rigs, an encoder left switched on to a count."""
 
 RECORD_STEP = 0.01
 """Time [s] over which faster logs are averaged: a tenth of the motors' lag, so that nothing of the plant is lost, and
 as long as encoders of benches need for a count."""
 
-STILL, MOVING = 1.5, 5.5
-"""Counts of an encoder. An axis rests while its reading moves by at most the first: one count, and half of one for
-rounding. The encoder shows no smaller backlash. An axis moves if its reading moves by more than the second. From five
-counts on, an amplitude of 2.5, the describing function of a quantiser is within 10 % of 1 (Gelb and Vander Velde 1968).
-Below that a loop may be a limit cycle around some counts, and its voltages tell nothing of the rig's gain."""
-
 OUTLIER = 3.0
 """Standard deviations beyond which a value is not where it is expected: one in four hundred is by chance. The loss of
-an innovation is linear beyond, so that one touch of a hand does not decide; .3 % of a Gaussian sample's information is
-lost."""
+an innovation is linear beyond, so that one touch of a hand does not decide; it costs .3 % of a sample's information."""
 
 # --- sensitivities (sensitivity.py) ---
 
@@ -155,59 +143,3 @@ frequencies. Chance reaches it on one of 100 000 rigs, and less is a ripple. Wha
 a log that is read otherwise, as a mirror image or in another unit; a torque that steps at one instant, which drifting
 air imitates with up to 15; under a controller a delay of the rotors or a bending arm, which its answers to an encoder
 that does not shake imitate with up to 20."""
-
-# --- what moved the rig from outside (references.py) ---
-
-ADDED_R2 = 0.01
-"""R2 that past outputs may add to a reference's own past: feedback in disguise adds .1 to 1. And the R2 above which the
-angles' innovations explain the voltages, so that a controller flies."""
-
-OUTSIDE_SHARE = 0.2
-"""Least share of a channel's variance that comes from outside; below it small errors of gains are large ones of r."""
-
-EXACT = 0.0001
-"""Mean innovation, without the largest tenth, over the voltages' mean step, below which a law is exact."""
-
-# --- what a parameter rests on (findings.py) ---
-
-DETERMINED = 0.35
-"""Half-width of a 95 % interval over the gain above which a gain is not determined: a controller's margin of 3 dB. Of
-another parameter, over half of its plausible interval."""
-
-CONFIRMED = 0.05
-"""Outside share of a gain's regressor below which its interval rests on the air alone: without this rule 11 of 70 gains
-that rest on the noise model are wrong in quiet flights in air that swirls, 2 of 70 in an Ornstein-Uhlenbeck torque."""
-
-MATTERS = 0.1
-"""Relative difference of two gains up to which instruments contradict nothing: in air that swirls, their gain of the
-travel comes out 6 % low, and .8 dB matters to no controller."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class DiagnosisSettings(GivenRig):
-    """What is given of a rig, its logs and its encoders.
-
-    Raises
-    ------
-    ConfigurationError
-        A value is out of bounds, or the catalogue has no such effect; the message names it, its value and its bound.
-    """
-
-    voltage_limit: float = 5.0
-    """Saturation of both voltages [V]."""
-    keep_events: bool = False
-    """Use also the passages in which something other than the plant acts; by default they are left out. They are listed
-    either way."""
-    counts: tuple[int, int, int] = (4096, 4096, 8192)
-    """Counts per turn of the encoders of pitch, elevation, travel."""
-
-    def __post_init__(self) -> None:
-        require_positive("voltage_limit", self.voltage_limit, "V")
-        super().__post_init__()
-
-    @classmethod
-    def from_rig(cls, configuration: RigConfiguration) -> "DiagnosisSettings":
-        """Make settings of all that a rig's configuration states."""
-        given = {one.name: getattr(configuration, one.name) for one in fields(GivenRig)}
-        form = configuration.format
-        return cls(**given, voltage_limit=form.voltage_limit, counts=form.encoder_counts)

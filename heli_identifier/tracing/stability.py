@@ -16,7 +16,6 @@ from .rig import Array
 from .score import Scores, fall_by, pooled_dispersion
 from .select import Selection, established_families, stepwise
 from .settings import KEPT
-from .statements import Agreement
 
 
 def leave_logs_out(selection: Selection, plant: Fit) -> Array:
@@ -27,10 +26,9 @@ def leave_logs_out(selection: Selection, plant: Fit) -> Array:
     more than all others. Sources: Efron and Stein, Annals of Statistics 9 (1981) 586; MacKinnon, Nielsen and Webb, J.
     Applied Econometrics 38 (2023) 671 (CV3).
     """
-    form, P = selection.form, len(plant.fields)
-    count = len(form.quadratic.H)
+    form, count = selection.form, len(selection.form.quadratic.H)
     if count == 1:
-        return np.zeros((1, P))
+        return np.zeros((1, len(plant.fields)))
     rest = [form.all_but(log) for log in range(count)]
     x = np.array([part.minimum(stepwise(part, []))[0] for part in rest])
     moves, names = np.sqrt((count - 1.0) / count) * (x - x.mean(0)), form.fitted.names
@@ -50,8 +48,7 @@ def left_out_gain(form: Scores, selected: Sequence[str], name: str = "", table: 
     The model has the ``selected`` effects beside it. A log counts only if the others alone would let the effect enter:
     a log that brought it in cannot judge it.
     """
-    H, g = form.quadratic.H, form.quadratic.g
-    gain = 0.0
+    H, g, gain = form.quadratic.H, form.quadratic.g, 0.0
     for log in range(len(H)):
         rest = form.all_but(log)
         if name and rest.scores(selected, among=[name])[name].score < KEPT:
@@ -84,10 +81,11 @@ def weigh_possible(selection: Selection) -> tuple[dict[str, float], list[str]]:
     return gains, dropped
 
 
-def halves_agree(form: Scores) -> Agreement | None:
+def halves_agree(form: Scores) -> tuple[float, float, int] | None:
     """Compare what disjoint halves of the logs establish, the selected set being the truth; None for a single log.
 
-    Three splits, and five draws of the bootstrap for one of them, give the index to .1.
+    Returned are the mean Jaccard index over the splits, what sampling alone allows, and the number of splits. Three
+    splits, and five draws of the bootstrap for one of them, give the index to .1.
     """
     count = len(form.quadratic.H)
     if count < 2:
@@ -97,7 +95,7 @@ def halves_agree(form: Scores) -> Agreement | None:
     truth, rng = form.minimum(form.selected)[0], np.random.default_rng(0)
     observed = float(np.mean([_jaccard_index(form, half) for half in splits]))
     expected = np.mean([_jaccard_index(form.redraw(truth, rng), splits[0]) for _ in range(5)])
-    return Agreement(observed, float(expected), len(splits))
+    return observed, float(expected), len(splits)
 
 
 def _jaccard_index(form: Scores, half: Sequence[int]) -> float:

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.special import chdtrc, chdtri, gammaln
 
-from .fit import Fit, covariance, fit
+from .fit import Fit, fit
 from .likelihood import NO_HARMONICS
 from .motion import Tables
 from .rig import Array, Candidate, Coordinate, means
@@ -33,10 +33,8 @@ from .select import Selection, select
 from .sensitivity import linearise
 from .settings import ESTABLISHED, FORCE, PER_LOG, UNKNOWN
 from .stability import left_out_gain
-from .statements import CurveShape, FoundEffect, PeriodicShape, Verdict, variable_name
 
-TIME, POINTS = "time", 121
-"""The variable of periods, and the points of a drawn curve."""
+TIME = "time"  # the variable of periods
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,21 +93,21 @@ def _variables(fitted: Fit) -> list[Array]:
     return [L.rig.tables.values(r, fitted.parameters, m) for r, m in zip(L.records, motion, strict=True)]
 
 
-def _values_visited(fitted: Fit, a: int, variables: Sequence[Array]) -> Array:
+def visited_values(fitted: Fit, a: int) -> Array:
     """Variables of the tables where axis ``a`` counts, of all records, shape (n, V)."""
     count = [means(record.weights[:, [a]], record.held)[:, 0] > 0.0 for record in fitted.likelihood.records]
-    return np.concatenate(variables)[np.concatenate(count)]
+    return np.concatenate(_variables(fitted))[np.concatenate(count)]
 
 
 def _curves(fitted: Fit, a: int) -> Iterator[Torques]:
     """Curves of an axis over each of the variables, where it has been."""
     tables, x = fitted.likelihood.rig.tables, _variables(fitted)
-    ends = np.quantile(_values_visited(fitted, a, x), (0.001, 0.999), axis=0).T.tolist()
+    ends = np.quantile(visited_values(fitted, a), (0.001, 0.999), axis=0).T.tolist()
     for column, (variable, (low, high)) in enumerate(zip(tables.variables, ends, strict=True)):
         if variable in tables.turning:
             low, high = 0.0, 2.0 * np.pi
         spacing = max(high - low, 1e-6) / (tables.knots - 1)
-        basis, which = _basis(tables, variable, low, spacing, [values[:, column] for values in x])
+        basis, which = curve_basis(tables, variable, low, spacing, [values[:, column] for values in x])
         yield variable, low, spacing, PER_LOG[0], PER_LOG[0] * basis, which
 
 
@@ -142,7 +140,7 @@ def _period(fitted: Fit, a: int, near: float | None = None) -> Torques:
     return TIME, 0.0, frequency, width, width * block_diag(*both), np.split(np.arange(ends[-1]), ends[:-1])
 
 
-def _basis(
+def curve_basis(
     tables: type[Tables], variable: str, first: float, spacing: float, x: Sequence[Array]
 ) -> tuple[Array, list[NDArray[np.intp]]]:
     """Weights (m, k) of a curve's torques at the points of its table, and the nearest of these points to ``x``."""
@@ -162,7 +160,7 @@ def scan(fitted: Fit) -> list[Unknown]:
     return sorted(found, key=lambda u: -u.score)
 
 
-def search_unknown(selection: Selection, candidates: Sequence[Candidate]) -> tuple[Selection, tuple[FoundEffect, ...]]:
+def search_unknown(selection: Selection, candidates: Sequence[Candidate]) -> tuple[Selection, tuple[Unknown, ...]]:
     """Search torques beside a ``selection`` of the ``candidates`` of the catalogue.
 
     Returns the selection, with curves as tables of the plant and periodic torques as harmonics of the fit, and the
@@ -183,14 +181,14 @@ def search_unknown(selection: Selection, candidates: Sequence[Candidate]) -> tup
         if weighed.score > max(UNKNOWN, 0.25 * named) and _helps_others(after, u):  # no law is exact
             selection, found = after, [*found, weighed]
             tried = scan(selection.fit)[:2]
-    return selection, tuple(_describe(selection.fit, u) for u in found)
+    return selection, tuple(found)
 
 
 def _helps_others(after: Selection, u: Unknown) -> bool:
     """Whether logs that are left out get likelier with a curve, and all logs but any one show it.
 
-    A hand that turns the rig in one log bends a curve where that log alone has been, and frees the other parameters, so
-    that all other logs get likelier. A periodic torque, or a single log, is not judged.
+    A hand in one log bends a curve where that log alone has been, and frees the other parameters, so all others get
+    likelier.
     """
     likelihood, form, count = after.fit.likelihood, after.form, len(after.fit.likelihood.records)
     if u.variable == TIME or count == 1:
@@ -224,66 +222,3 @@ def _set_harmonics(fitted: Fit, unknowns: Sequence[Unknown]) -> Fit:
     rows = [[[*head, *x[2 * i : 2 * i + 2]] for head, x in heads] for i in range(count)]
     harmonics = tuple(np.array(sines, dtype=float).reshape(-1, 4) for sines in rows)
     return replace(fitted, point=replace(fitted.point, harmonics=harmonics))
-
-
-def _describe(fitted: Fit, u: Unknown) -> FoundEffect:
-    """State an unknown torque; a periodic one by its mean amplitude over the logs."""
-    family, periodic = f"unknown torque of the {u.axis}", u.variable == TIME
-    if periodic:
-        amplitudes = np.hypot(u.weights[0::2], u.weights[1::2])
-        A, error = float(amplitudes.mean()), float(np.sqrt(np.trace(u.covariance) / 2.0) / len(amplitudes))
-        words = f"periodic in time at {u.spacing:.3f} Hz, amplitude {A:.2g} rad/s^2"
-        shape: CurveShape | PeriodicShape = PeriodicShape(u.spacing, A, error, words)
-        do = "Log the rig at rest, motors off, and look for what turns or blows in that time."
-    else:
-        shape = _curve(fitted, u)
-        do = f"Lead the {u.axis} through all of its angles, motors off, and feel where the curve bends."
-        if u.variable != u.axis:
-            do = f"Visit all values of the {variable_name(u.variable)} evenly in one more log, all axes moving."
-    return FoundEffect("unknown", u.axis, None, Verdict.UNKNOWN, family, (), shape, u.score, do, not periodic)
-
-
-def _curve(fitted: Fit, u: Unknown) -> CurveShape:
-    """Draw a table's torque where the logs were, without the constant and the line that the simplified model has."""
-    tables = fitted.likelihood.rig.tables
-    turning, first = u.variable in tables.turning, fitted.estimate(tables.first(u.axis))
-    x = first + u.spacing * np.linspace(0.0, tables.knots - 1.0, POINTS)
-    visited = _values_visited(fitted, fitted.likelihood.rig.axes.index(u.axis), _variables(fitted))
-    values = visited[:, list(tables.variables).index(u.variable)]
-    values = first + np.mod(values - first, 2.0 * np.pi) if turning else np.clip(values, x[0], x[-1])
-    visits = np.sqrt(np.histogram(values, np.append(x, x[-1]) - 0.5 * (x[1] - x[0]))[0])
-    visits[[0, -1]] = visits[[0, -1]].max()  # half a bin each, and of a turn the same angle
-    basis, (which,) = _basis(tables, u.variable, first, u.spacing, [x])
-    B = basis[which]
-    trend = np.column_stack((np.ones(POINTS), x - x.mean())[: 1 + ((u.axis, u.variable) in tables.held)])
-    B = B - trend @ np.linalg.lstsq(trend * visits[:, None], B * visits[:, None], rcond=None)[0]
-    at = [fitted.fields.index(name) for name in tables.fields(u.axis, u.variable)]
-    y = PER_LOG[0] * (B @ fitted.x[at])
-    half = 1.96 * PER_LOG[0] * np.sqrt(np.einsum("ij,jk,ik->i", B, covariance(fitted)[np.ix_(at, at)], B))
-    there = visits > 0.0
-    x, y, half, unit = x[there], y[there], half[there], tables.variables[u.variable]
-    said = _words(turning and bool(there.all()), unit, x, y, half)
-    words = f"a torque by the {variable_name(u.variable)}, {said}"
-    return CurveShape(u.variable, unit, words, np.column_stack((x, y)), np.column_stack((x, y - half, y + half)))
-
-
-def _words(closed: bool, unit: str, x: Array, y: Array, half: Array) -> str:
-    """Describe the determined part of a curve, where its band is narrow beside its range."""
-    known = np.ones(len(y), dtype=bool)
-    while (less := known & (half < 0.25 * np.ptp(y[known]))).sum() > max(10, 0.1 * len(y)) and (less != known).any():
-        known = less
-    X, Y = x[known], y[known]
-    words = f"{np.ptp(Y):.2g} rad/s^2 from lowest to highest"
-    if not known.all():
-        words += f" between {X[0]:.2g} and {X[-1]:.2g} {unit}, where its band is narrow"
-    if closed:
-        power = np.abs(np.fft.rfft(y[:-1] - y[:-1].mean())) ** 2
-        n = int(power.argmax())
-        return f"{words}, periodic with {n} wave{'s'[: n > 1]} per turn" if power[n] > 0.5 * power.sum() else words
-    if len(X) < 10:
-        return words
-    away = np.abs(Y - np.median(Y))
-    wide = X[away > 0.5 * away.max()]
-    if wide[0] > X[0] and wide[-1] < X[-1] and len(wide) < 0.35 * len(X):  # at an end it may be no notch
-        return f"{words}, a notch near {0.5 * (wide[0] + wide[-1]):.3g} {unit}, {np.ptp(wide):.2g} {unit} wide"
-    return words

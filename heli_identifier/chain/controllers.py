@@ -1,7 +1,6 @@
-"""Which signals moved the rig from outside: references that are logged, rebuilt from the voltages, or the voltages.
+"""The laws of the controllers that flew a rig, recovered from its logs, and the references that they were given.
 
-A reference r is the command of a pilot or a plan. It moves the rig and does not depend on the air, so it can serve as
-an instrument. Where a controller flies,
+A reference r is the command of a pilot or a plan. Where a controller flies,
 
     F v = r - C(y),     C(y) = F (k y + k' y'_q) + k'' y,     y'_q = p q/(p + q) y,     F = p/(p + beta)
 
@@ -14,29 +13,27 @@ rate c, are sparse under D = (1 - a/z)(1 - 1/z), a = exp(-c h), so the L1 regres
 is exact however large the steps are. Symbols: h sampling interval [s], z shift by h, p = d/dt [1/s], y angles [rad],
 v voltages [V], q, c, beta rates [1/s].
 
-Sources: C. W. J. Granger, Econometrica 37 (1969) 424, for "the past of y adds nothing to the past of r"; E. J. Candes
-and T. Tao, IEEE Trans. Inf. Theory 51 (2005) 4203, for exact recovery by L1 under sparse gross errors.
+Source: E. J. Candes and T. Tao, IEEE Trans. Inf. Theory 51 (2005) 4203, for exact recovery by L1 under sparse gross
+errors.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize
 from scipy.signal import lfilter
-from scipy.special import fdtrc
 
-from heli_identifier.chain import controller_samples
-from heli_identifier.records import Log
+from heli_identifier.records import Array, Log
 
-from .rig import Array
-from .settings import ADDED_R2, EXACT, OUTSIDE_SHARE
+from .answers import CHANNELS, controller_samples
+from .causality import refusal
 
-CHANNELS: Mapping[str, tuple[float, tuple[str, ...], tuple[int, ...]]] = {
-    "v_front - v_rear": (-1.0, ("pitch", "travel"), (0, 2)),
-    "v_front + v_rear": (1.0, ("elevation",), (1,)),
-}
-"""Each channel of the voltages: sign of the rear one, the axes it answers, their columns among the angles."""
+OUTSIDE_SHARE = 0.2
+"""Least share of a channel's variance that comes from outside; below it small errors of gains are large ones of r."""
+
+EXACT = 0.0001
+"""Mean innovation, without the largest tenth, over the voltages' mean step, below which a law is exact."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,64 +61,11 @@ class Controller:
         return lfilter([1.0, -np.exp(-np.exp(self.rates[-1]) * h)], [1.0, -1.0], answer)
 
 
-@dataclass(frozen=True, eq=False)
-class References:
-    """The signals that moved the rig from outside, log by log."""
-
-    names: tuple[str, ...]
-    """The m signals: an axis [rad] where logged, a channel of the voltages [V] where rebuilt or in open loop."""
-    signals: tuple[Array, ...]
-    """For each log an array of shape (N, m); a column of zeros where a log does not have that signal."""
-    origin: str
-    """`voltages` (open loop), `logged`, `rebuilt`, several of them, or `none`."""
-    closed_loop: bool
-    """Whether a controller flew in any of the logs."""
-    notes: tuple[str, ...] = ()
-    """Which signals were refused and why, one sentence each."""
-
-
-def find_references(logs: Sequence[Log]) -> References:
-    """Find in each log what came from outside: logged references by test, else rebuilt ones, else the voltages.
-
-    There are no signals (m = 0) if nothing came from outside.
-    """
-    closed, found, origins, notes = [feedback(log) for log in logs], dict[tuple[int, str], Array](), set(), list[str]()
-    for channel, (sign, axes, _) in CHANNELS.items():
-        answering: dict[int, _Law] = {}
-        for i, log in enumerate(logs):
-            if not closed[i]:
-                found[i, channel] = log.voltages[:, 0] + sign * log.voltages[:, 1]
-                origins.add("voltages")
-                continue
-            for axis in (axis for axis in axes if axis in log.references):
-                if reason := refusal(log.references[axis], log.angles, log.rate_hz):
-                    notes.append(f"{log.name}: the {axis} reference is not used, since {reason}.")
-                else:
-                    found[i, axis] = log.references[axis]
-                    origins.add("logged")
-            if not any((i, axis) in found for axis in axes):
-                answering[i] = _Law(log, channel)
-        for i, law in answering.items():
-            law.search(list(answering.values()))
-            _, signal, reason = law.rebuild()
-            if signal is None:
-                notes.append(f"{logs[i].name}: {channel} holds no reference: {reason}.")
-            else:
-                found[i, channel] = signal
-                origins.add("rebuilt")
-    every = [name for channel, (_, axes, _) in CHANNELS.items() for name in (*axes, channel)]
-    names = tuple(name for name in every if any((i, name) in found for i in range(len(logs))))
-    signals = tuple(np.zeros((len(log.angles), len(names))) for log in logs)
-    for (i, name), signal in found.items():
-        signals[i][:, names.index(name)] = signal
-    return References(names, signals, " and ".join(sorted(origins)) or "none", any(closed), tuple(notes))
-
-
 def controllers_of(logs: Sequence[Log]) -> list[tuple[Controller, ...]]:
     """Recover the laws of both channels log by log, references logged or not; fewer where no law fits."""
     found: list[tuple[Controller, ...]] = [() for _ in logs]
     for channel in CHANNELS:
-        laws = [_Law(log, channel) for log in logs]
+        laws = [ControlLaw(log, channel) for log in logs]
         for i, law in enumerate(laws):
             law.search(laws)
             controller, _, _ = law.rebuild()
@@ -129,81 +73,12 @@ def controllers_of(logs: Sequence[Log]) -> list[tuple[Controller, ...]]:
     return found
 
 
-def feedback(log: Log) -> bool:
-    """Recognise a controller: the angles' innovations predict the voltages better than the past of the voltages does.
-
-    The innovations are the part of the angles that the past of angles and voltages does not predict: air and encoder
-    errors. In open loop the voltages do not depend on them, however long the rig's memory is. All voltages count, as an
-    arm that bends answers those between two samples of 25 Hz.
-    """
-    every, lags = max(1, round(log.rate_hz / 25.0)), 6  # 25 Hz: below a controller's rate, above the rig's motion
-    angles = log.angles[::every]
-    every_voltage = log.voltages @ np.array([[1.0, 1.0], [1.0, -1.0]])
-    voltages = every_voltage[::every]
-    if len(angles) < 100:
-        return False
-    between = [np.roll(every_voltage, j, axis=0)[::every][lags:] for j in range(1, every)]
-    innovations = _residual(angles[lags:], np.hstack([_past(np.hstack([angles, voltages]), lags), *between]))
-    answered = np.hstack([innovations[lags:], _past(innovations, lags)])
-    past, now = _past(voltages, lags)[lags:], voltages[2 * lags :]
-    tests = [_added_r2(now[:, i], past, answered) for i in range(2)]
-    return any(added > ADDED_R2 and p_value < 1e-4 for added, p_value in tests)
-
-
-def refusal(signal: Array, angles: Array, rate_hz: float, *, planned: bool = True) -> str | None:
-    """Say why a signal (N,) beside angles (N, 3) is no reference; None if it is one.
-
-    It has to be ``planned``, as steps, ramps and sines are: in at least half of the samples its own past predicts it to
-    a twentieth of its range in a second. And past outputs must not predict it.
-    """
-    every, lags = max(1, round(rate_hz / 10.0)), 5  # 10 Hz and five samples: the loop's last half second
-    slow, outputs = np.asarray(signal, dtype=float)[::every], _past(angles[::every], lags + 1)
-    span = float(np.ptp(slow))
-    if not span > 1e-9 * max(1.0, float(np.abs(slow).max())):
-        return "it never moves"
-    past, target = np.column_stack([_past(np.diff(slow)[:, None], lags), slow[lags:-1]]), np.diff(slow)[lags:]
-    predicted = float(np.mean(np.abs(_residual(target, past)) * rate_hz / every < 0.05 * span))
-    if planned and predicted < 0.5:
-        return f"its own past predicts {100.0 * predicted:.0f} % of its samples, that of a plan at least 50 %"
-    added, p_value = _added_r2(target, past, outputs)
-    if added <= ADDED_R2 or p_value > 1e-3:
-        return None
-    # a few steps are no normal noise, so outputs shifted by 2 s and more say how much is added by chance
-    shifts = np.linspace(20, max(20, len(outputs) - 20), 99).astype(int)
-    if added < max(_added_r2(target, past, np.roll(outputs, shift, axis=0))[0] for shift in shifts):
-        return None
-    return f"it is feedback (past angles explain {100.0 * added:.0f} % of it, {100.0 * ADDED_R2:g} % is allowed)"
-
-
-def _past(signals: Array, lags: int) -> Array:
-    """Put the ``lags`` samples before each sample side by side, shape (N - lags, lags m)."""
-    return np.hstack([signals[lags - i : len(signals) - i] for i in range(1, lags + 1)])
-
-
-def _residual(target: Array, columns: Array) -> Array:
-    """Return the residual of a regression on columns and a constant."""
-    bank = np.column_stack([columns, np.ones(len(columns))])
-    bank = bank / (np.linalg.norm(bank, axis=0) + 1e-30)
-    return target - bank @ np.linalg.lstsq(bank, target, rcond=1e-9)[0]
-
-
-def _added_r2(target: Array, past: Array, others: Array) -> tuple[float, float]:
-    """Return adjusted R2 of ``others`` for the residual of a regression on ``past``, and p value of an F test."""
-    without = float(np.sum(_residual(target, past) ** 2))
-    beside = float(np.sum(_residual(target, np.hstack([past, others])) ** 2))
-    number, free = others.shape[1], len(target) - past.shape[1] - others.shape[1] - 1
-    if free < 10 or without <= 1e-12 * float(np.sum(target**2)):
-        return 0.0, 1.0
-    p_value = float(fdtrc(number, free, max((without - beside) / number / (beside / free + 1e-300), 0.0)))
-    return 1.0 - (beside / free) / (without / (free + number)), p_value
-
-
 _Shape = tuple[int, Array]
 """The nonlinear part of a law: delay of the voltages in periods, 0 or 1; ln of the rates (q of each of n angles, c),
 and of beta last with an integral term."""
 
 
-class _Law:
+class ControlLaw:
     """The L1 regression of one channel of one log."""
 
     def __init__(self, log: Log, channel: str) -> None:
@@ -254,7 +129,7 @@ class _Law:
         """Return the first value of :meth:`gains`; few rounds are enough to compare starts."""
         return self.gains(shape, rounds)[0]
 
-    def search(self, laws: Sequence["_Law"]) -> None:
+    def search(self, laws: Sequence["ControlLaw"]) -> None:
         """Find the rates on a grid, or from the ``laws`` of other logs, and polish them.
 
         Where a tenth of the samples is at the voltages' limit, too much of r would be interpolated. In a log that the
