@@ -103,6 +103,8 @@ def test_an_elevation_that_was_zeroed_elsewhere_is_shifted_and_a_curve_of_the_th
     assert not [note for note in found.notes if "reads" in note]
     (note,) = [note for note in other.notes if "reads" in note]
     assert note.startswith("log0: its elevation reads 0.6")
+    read, zeroed_read = (np.median(one.plant.likelihood.records[0].angles[:, 1]) for one in (found, other))
+    assert zeroed_read == pytest.approx(read, abs=0.05)  # what two digits of the note are known to
     for name in ("k_x", "k_z", "k_y"):  # a fortieth of the gain; the offset itself costs a little of what is known
         assert other.plant.estimate(name) == pytest.approx(found.plant.estimate(name), rel=0.025)
 
