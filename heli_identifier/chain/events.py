@@ -35,10 +35,10 @@ RATE_WINDOW, NOISE_QUANTILE, NOISE_FACTOR = 0.1, 0.995, 3.0
 neighbours by this factor times this quantile of all such excesses."""
 
 
-def find_slips(logs: Sequence[Log]) -> tuple[tuple[Event, ...], tuple[str, ...]]:
-    """Find the slips of the encoders in logs of one rig, log by log, axis by axis, in order of time.
+def find_slips(logs: Sequence[Log]) -> tuple[Event, ...]:
+    """Find the slips of the encoders in logs of one rig, and the gaps where a log lacks rows, in order of time.
 
-    A sentence for each log that lacks rows comes with them: there all axes jump, each by its rate.
+    In a gap all axes jump, each by its rate.
     """
     factors = [max(1, int(log.rate_hz / RATE + 0.5)) for log in logs]
     reduced = [(log.angles[::factor], 1.0 / (log.rate_hz / factor)) for log, factor in zip(logs, factors, strict=True)]
@@ -59,14 +59,8 @@ def find_slips(logs: Sequence[Log]) -> tuple[tuple[Event, ...], tuple[str, ...]]
                 in_file, size = log.start + at, float(excess[index, column])
                 slip = Event(log.name, axis, at, at, in_file, in_file, "slip", size)
                 jumps.append((slip, _evidence_of_lost_rows(excess[index], rate[index], noise, column)))
-    certain = any(nats > SURE for _, nats in jumps)  # where some rows are lost, others are
-    slips = tuple(jump for jump, nats in jumps if nats <= (-SURE if certain else SURE))
-    lost = {log.name: [j.start_in_file for j, _ in jumps if j.log == log.name and j not in slips] for log in logs}
-    return slips, tuple(
-        f"{name}: at {min(instants):.2f} s all axes jump as far as they move in some samples, so the log lacks rows "
-        f"there{' and elsewhere' * (len(instants) > 1)}. Log the time with every row"
-        for name, instants in lost.items() if instants
-    )  # fmt: skip
+    lost = -SURE if any(nats > SURE for _, nats in jumps) else SURE  # where some rows are lost, others are
+    return tuple(replace(jump, kind="gap") if nats > lost else jump for jump, nats in jumps)
 
 
 def _evidence_of_lost_rows(excess: Array, rate: Array, noise: Array, column: int) -> float:
@@ -93,7 +87,7 @@ def passages_left_out(events: Sequence[Event]) -> list[tuple[float, float]]:
 
 
 def undo_slips(logs: Sequence[Log], events: Sequence[Event]) -> tuple[tuple[Log, ...], tuple[str, ...]]:
-    """Shift back the readings after each slip of an encoder; return the logs, and a sentence for each slip."""
+    """Shift back the readings after each slip of an encoder; return the logs, and a sentence for each slip and log."""
     corrected, notes = list[Log](), list[str]()
     for log in logs:
         angles = log.angles.copy()
@@ -104,6 +98,11 @@ def undo_slips(logs: Sequence[Log], events: Sequence[Event]) -> tuple[tuple[Log,
                 f"{log.name}: the reading of its {event.axis} slips by {1e3 * event.size:.3g} mrad at "
                 f"{event.start_in_file:.2f} s, and what follows was shifted back; fasten the encoder's coupling, if no "
                 "row of the log is missing there"
+            )
+        if gaps := [event.start_in_file for event in events if event.kind == "gap" and event.log == log.name]:
+            notes.append(
+                f"{log.name}: at {min(gaps):.2f} s all axes jump as far as they move in some samples, so the log lacks "
+                f"rows there{' and elsewhere' * (len({*gaps}) > 1)}; log the time with every row"
             )
         corrected.append(replace(log, angles=angles) if slips else log)
     return tuple(corrected), tuple(notes)

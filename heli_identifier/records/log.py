@@ -35,10 +35,10 @@ class Event:
     start_in_file: float
     end_in_file: float
     """Start and end in the time of the log's file [s]."""
-    kind: Literal["force", "slip"]
-    """`force` for an external force, `slip` for a step of the encoder's reading."""
+    kind: Literal["force", "slip", "gap"]
+    """`force` for an external force, `slip` for a step of the encoder's reading, `gap` for rows that the log lacks."""
     size: float
-    """The acceleration of a force [rad/s^2], or the step of a slip [rad], with its sign."""
+    """The acceleration of a force [rad/s^2], or the step of the reading [rad], with its sign."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -107,7 +107,7 @@ def identify_plant(
     imitated = {family for defect in defects for family in defect.imitates}
     used, late, prompt = undo_delays(used)
     defects = (*defects, *late)
-    events, gaps = find_slips(used)
+    events = find_slips(used)
     used, slips = undo_slips(used, () if given.keep_events else events)
     used = used if given.keep_events else mark_events(used, events)
     rig = helicopter(used[:count], given)
@@ -144,7 +144,7 @@ def identify_plant(
     listed = mark_events(used, (*events, *pushes)) if given.keep_events else used
     return IdentifiedPlant(
         training, kept, selection, unknown, defects, prompt, plant, C, gains, references, outside,
-        tuple(event for log in listed for event in log.events), halves_agree(selection.form), (*gaps, *slips, *shifted),
+        tuple(event for log in listed for event in log.events), halves_agree(selection.form), (*slips, *shifted),
     )  # fmt: skip
 
 
