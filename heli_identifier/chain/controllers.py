@@ -65,7 +65,7 @@ def controllers_of(logs: Sequence[Log]) -> list[tuple[Controller, ...]]:
     """Recover the laws of both channels log by log, references logged or not; fewer where no law fits."""
     found: list[tuple[Controller, ...]] = [() for _ in logs]
     for channel in CHANNELS:
-        laws = [ControlLaw(log, channel) for log in logs]
+        laws = [LawRegression(log, channel) for log in logs]
         for i, law in enumerate(laws):
             law.search(laws)
             controller, _, _ = law.rebuild()
@@ -78,7 +78,7 @@ _Shape = tuple[int, Array]
 and of beta last with an integral term."""
 
 
-class ControlLaw:
+class LawRegression:
     """The L1 regression of one channel of one log."""
 
     def __init__(self, log: Log, channel: str) -> None:
@@ -129,7 +129,7 @@ class ControlLaw:
         """Return the first value of :meth:`gains`; few rounds are enough to compare starts."""
         return self.gains(shape, rounds)[0]
 
-    def search(self, laws: Sequence["ControlLaw"]) -> None:
+    def search(self, laws: Sequence["LawRegression"]) -> None:
         """Find the rates on a grid, or from the ``laws`` of other logs, and polish them.
 
         Where a tenth of the samples is at the voltages' limit, too much of r would be interpolated. In a log that the

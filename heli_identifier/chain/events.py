@@ -68,7 +68,8 @@ def _evidence_of_lost_rows(excess: Array, rate: Array, noise: Array, column: int
     samples = excess[column] / rate[column] if rate[column] else 0.0
     if samples < 0.5:  # against the motion
         return -np.inf
-    nats = (excess**2 - (excess - samples * rate) ** 2) / (2.0 * (noise / (3.0 * NOISE_FACTOR)) ** 2)
+    sigma = noise / (3.0 * NOISE_FACTOR)  # the quantile of a Gaussian lies at three deviations, nearly
+    nats = (excess**2 - (excess - samples * rate) ** 2) / (2.0 * sigma**2)
     return float(np.delete(nats, column).sum())
 
 

@@ -84,6 +84,11 @@ def undo_faults(faults: Mapping[Fault, float], inputs: Array, angles: Array, h: 
     return signals[VOLTAGES], signals[ANGLES]
 
 
+def reading_noise(angles: Array) -> Array:
+    """Return the standard deviation of the white noise of readings (N,) or (N, a), from their third differences."""
+    return np.asarray(np.diff(angles, 3, axis=0).std(0) / np.sqrt(20.0))  # sum of the squared weights
+
+
 def parabola_samples(h: float) -> int:
     """Count the samples of a local parabola, an odd number."""
     return max(round(SMOOTHED / h), 5) // 2 * 2 + 1
@@ -118,7 +123,7 @@ def _undo_scale(logged: Array, h: float, size: float) -> Array:
 
 def _undo_backlash(logged: Array, h: float, size: float) -> Array:
     """Add half of the gap in the direction of the push."""
-    noise = float(np.diff(logged, 3).std()) / np.sqrt(20.0)  # sum of the squared weights of a third difference
+    noise = float(reading_noise(logged))
     motion = np.diff(_play_operator(logged, DITHER * noise))
     pushes = np.flatnonzero(motion)
     if len(pushes) == 0:

@@ -26,7 +26,7 @@ from scipy.signal import savgol_filter
 from heli_identifier.errors import LogError
 from heli_identifier.records import ANGLES, Array, Log, is_on_grid, quantisation_step
 
-from .faults import parabola_samples
+from .faults import parabola_samples, reading_noise
 
 LEAST_STEP = 0.03
 """Largest step as a share of a voltage's standard deviation: an error of 1 %, that of a good multimeter."""
@@ -102,8 +102,7 @@ def inspect_logs(logs: Sequence[Log], counts: Sequence[int], voltage_limit: floa
                 f"it, or a drift was added; log what the encoder of the {axis} reads"
             )
             defects.append(Defect("filtered", axis, words, ARM_BENDING + ROTOR_TIMING))
-    noise = np.sqrt(12.0 / 20.0) * np.median([np.diff(log.angles, 3, axis=0).std(0) for log in logs], axis=0)
-    if not any((*steps, *on_grid)) and (noise * counts / (2.0 * np.pi) < LEAST_NOISE).all():
+    if not any((*steps, *on_grid)) and _lack_noise(logs, counts):
         defects.append(Defect(
             "filtered", "angles", "no angle has the steps of an encoder, and all have less noise than the steps of "
             "heli.toml make: they were filtered or resampled, which delays and bends them, or the encoders are finer, "
@@ -132,6 +131,12 @@ def inspect_logs(logs: Sequence[Log], counts: Sequence[int], voltage_limit: floa
             BY_VOLTAGES + BY_RATES,
         ))  # fmt: skip
     return tuple(defects)
+
+
+def _lack_noise(logs: Sequence[Log], counts: Sequence[int]) -> bool:
+    """Whether all angles of the logs have far less noise than the rounding to steps of their encoders makes."""
+    noise = np.median([reading_noise(log.angles) for log in logs], axis=0)
+    return bool((noise < LEAST_NOISE * 2.0 * np.pi / np.array(counts) / np.sqrt(12.0)).all())
 
 
 def estimate_jitter(angles: Array, step: float) -> tuple[float, float]:

@@ -12,7 +12,7 @@ from heli_identifier.records import Array, Log
 
 from .answers import CHANNELS
 from .causality import feedback, refusal
-from .controllers import ControlLaw
+from .controllers import LawRegression
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ def find_references(logs: Sequence[Log]) -> References:
     """
     closed, found, origins, notes = [feedback(log) for log in logs], dict[tuple[int, str], Array](), set(), list[str]()
     for channel, (sign, axes, _) in CHANNELS.items():
-        answering: dict[int, ControlLaw] = {}
+        answering: dict[int, LawRegression] = {}
         for i, log in enumerate(logs):
             if not closed[i]:
                 found[i, channel] = log.voltages[:, 0] + sign * log.voltages[:, 1]
@@ -51,7 +51,7 @@ def find_references(logs: Sequence[Log]) -> References:
                     found[i, axis] = log.references[axis]
                     origins.add("logged")
             if not any((i, axis) in found for axis in axes):
-                answering[i] = ControlLaw(log, channel)
+                answering[i] = LawRegression(log, channel)
         for i, law in answering.items():
             law.search(list(answering.values()))
             _, signal, reason = law.rebuild()

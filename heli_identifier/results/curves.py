@@ -18,7 +18,7 @@ from heli_identifier.tracing.helicopter import Rig
 from heli_identifier.tracing.motion import lag_voltages
 from heli_identifier.tracing.rig import Array, Parameters, Record
 from heli_identifier.tracing.settings import PER_LOG, WINDOW
-from heli_identifier.tracing.unknown import TIME, Unknown, curve_basis, visited_values
+from heli_identifier.tracing.unknown import TIME, Unknown, curve_basis, table_variables, visited_values
 from heli_plant.effects import AXES, Effect, effect
 
 POINTS = 121
@@ -113,7 +113,7 @@ def _curve(fitted: Fit, u: Unknown) -> CurveShape:
     tables = fitted.likelihood.rig.tables
     turning, first = u.variable in tables.turning, fitted.estimate(tables.first(u.axis))
     x = first + u.spacing * np.linspace(0.0, tables.knots - 1.0, POINTS)
-    visited = visited_values(fitted, fitted.likelihood.rig.axes.index(u.axis))
+    visited = visited_values(fitted, fitted.likelihood.rig.axes.index(u.axis), table_variables(fitted))
     values = visited[:, list(tables.variables).index(u.variable)]
     values = first + np.mod(values - first, 2.0 * np.pi) if turning else np.clip(values, x[0], x[-1])
     visits = np.sqrt(np.histogram(values, np.append(x, x[-1]) - 0.5 * (x[1] - x[0]))[0])

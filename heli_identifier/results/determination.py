@@ -11,9 +11,9 @@ from operator import attrgetter
 
 import numpy as np
 
-from heli_identifier.online import CONTRADICTION, Estimate
+from heli_identifier.online import CONTRADICTION, GAINS, Estimate
 from heli_identifier.results.statements import Determination, ParameterReport
-from heli_identifier.tracing.fit import Fit
+from heli_identifier.tracing.fit import Fit, covariance
 from heli_identifier.tracing.helicopter import LAG_FIELD
 from heli_identifier.tracing.identification import IdentifiedPlant
 from heli_identifier.tracing.rig import Array, Parameters
@@ -156,6 +156,11 @@ def _with_half_width(value: float, half: float) -> str:
 def voltages_shifted(fitted: Fit) -> bool:
     """Whether a delay of the logged voltages is undone: the lag of the motors trades off against it."""
     return any(fault.channel == "voltages" for fault in fitted.likelihood.faults)
+
+
+def sign_notes_of(null: Fit) -> tuple[str, ...]:
+    """Warn as :func:`sign_notes` does of the gains of the simplified model."""
+    return sign_notes(estimates(null, covariance(null), GAINS))
 
 
 def sign_notes(estimates: Mapping[str, Estimate]) -> tuple[str, ...]:

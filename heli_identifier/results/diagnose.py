@@ -27,7 +27,7 @@ from heli_identifier.records import (
 )
 from heli_identifier.results.checking import errors_ahead
 from heli_identifier.results.curves import draw_curves
-from heli_identifier.results.determination import MATTERS, estimates, parameter_reports, sign_notes
+from heli_identifier.results.determination import MATTERS, estimates, parameter_reports, sign_notes_of
 from heli_identifier.results.diagnosis import DataEntry, Diagnosis, ErrorFigure, RigVerdict
 from heli_identifier.results.findings import catalogue_verdicts, log_faults, outlying_log_notes, state_effects
 from heli_identifier.results.held_out import compare
@@ -126,7 +126,7 @@ def diagnose(
             *(" ".join((fault.words + ".", fault.advice)).strip() for fault in faults),
             *describe_events((*training, *unseen), () if settings.keep_events else events),
             *identified.notes,
-            *sign_notes(estimates(null, covariance(null), GAINS)),
+            *sign_notes_of(null),
             *outlying_log_notes(after, (*identified.logs, *identified.held_out)),
             *references.notes,
             *_plant_notes(after, reports, settings.effects),

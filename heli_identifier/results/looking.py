@@ -9,12 +9,11 @@ from heli_identifier import tracing
 from heli_identifier.chain import describe_events
 from heli_identifier.online import GAINS
 from heli_identifier.records import DiagnosisSettings, Log, LogSource, common_configuration, read_logs
-from heli_identifier.results.determination import estimates, parameter_reports, sign_notes
+from heli_identifier.results.determination import parameter_reports, sign_notes_of
 from heli_identifier.results.findings import catalogue_verdicts, state_effects
 from heli_identifier.results.statements import Determination, FoundEffect, ParameterReport
 from heli_identifier.results.tables import GAIN_OF, Table, Tabular, gain_cells, rank_experiments
 from heli_identifier.results.words import describe_effect, flight_sentence, to_digits, typeset_notes
-from heli_identifier.tracing.fit import covariance
 from heli_plant.effects import AXES
 
 
@@ -90,6 +89,6 @@ def look(logs: LogSource | Sequence[LogSource]) -> Look:
             *describe_events(used, identified.events),
             *references.notes,
             *identified.notes,
-            *sign_notes(estimates(null, covariance(null), GAINS)),
+            *sign_notes_of(null),
         ),
     )

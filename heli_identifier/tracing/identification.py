@@ -208,7 +208,7 @@ def _imitated_by_answers(selection: Selection, logs: Sequence[Log], references: 
 
 def _axes_timed(plant: Fit, logs: Sequence[Log], references: References) -> set[str]:
     """Return the axes on which references time the rotors, and the rotors if pitch or elevation is among them."""
-    given = plant.likelihood.rig  # below: nor may a delay take the place of the motors' whole lag
+    given = plant.likelihood.rig  # none is timed where a delay takes the whole lag's place
     if plant.at_bound[plant.names.index(LAG_FIELD)] or not (outside := _estimate_outside(plant, logs, references)):
         return set()
     lags = zip(given.axes, given.gains, _lags_by_references(given, outside), strict=True)

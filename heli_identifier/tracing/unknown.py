@@ -87,22 +87,22 @@ def _weigh_torques(fitted: Fit, a: int, groups: Sequence[Torques]) -> list[Unkno
     return found
 
 
-def _variables(fitted: Fit) -> list[Array]:
+def table_variables(fitted: Fit) -> list[Array]:
     """Return the variables of the tables along each record's motion, shape (n_i, V)."""
     L, motion = fitted.likelihood, fitted.likelihood.run_all(fitted.point)[1]
     return [L.rig.tables.values(r, fitted.parameters, m) for r, m in zip(L.records, motion, strict=True)]
 
 
-def visited_values(fitted: Fit, a: int) -> Array:
+def visited_values(fitted: Fit, a: int, variables: Sequence[Array]) -> Array:
     """Variables of the tables where axis ``a`` counts, of all records, shape (n, V)."""
     count = [means(record.weights[:, [a]], record.held)[:, 0] > 0.0 for record in fitted.likelihood.records]
-    return np.concatenate(_variables(fitted))[np.concatenate(count)]
+    return np.concatenate(variables)[np.concatenate(count)]
 
 
 def _curves(fitted: Fit, a: int) -> Iterator[Torques]:
     """Curves of an axis over each of the variables, where it has been."""
-    tables, x = fitted.likelihood.rig.tables, _variables(fitted)
-    ends = np.quantile(visited_values(fitted, a), (0.001, 0.999), axis=0).T.tolist()
+    tables, x = fitted.likelihood.rig.tables, table_variables(fitted)
+    ends = np.quantile(visited_values(fitted, a, x), (0.001, 0.999), axis=0).T.tolist()
     for column, (variable, (low, high)) in enumerate(zip(tables.variables, ends, strict=True)):
         if variable in tables.turning:
             low, high = 0.0, 2.0 * np.pi
